@@ -1,0 +1,45 @@
+"""Motion planning for mobile robots on a shared map, with or without ROS.
+
+Every public name is importable from here and loaded when it is first used, so
+that ``import mobile_planning`` costs nothing but this table.
+"""
+from importlib import import_module
+
+_HOMES = {
+    'errors': (
+        'PlanningError', 'InvalidPlanner', 'UnknownFrame', 'StartOutside', 'GoalOutside',
+        'StartOccupied', 'GoalOccupied', 'PlanningTimeout', 'NoPath', 'NoMap', 'InvalidInput',
+        'ApproximateOnly', 'Cancelled', 'LimitExceeded', 'MapError', 'MapNotFound',
+        'InvalidMapData', 'InvalidMapMetadata'),
+    'world.occupancy_grid': ('OccupancyGrid',),
+    'world.map_io': ('load_map', 'save_map'),
+    'world.obstacles': ('Obstacle', 'RoundObstacle', 'PolygonObstacle'),
+    'world.environment': ('Boundary', 'Environment'),
+    'world.cost_to_go': ('cost_to_go',),
+    'grid.planner': ('PlannerBase',),
+    'grid.distance_transform': ('DistanceTransformPlanner',),
+    'path_server': ('PathServer',),
+    'fleet.kinematics': ('UnicycleKineModel',),
+    'fleet.message': ('RobotMsg',),
+    'fleet.robot': ('Robot',),
+    'fleet.verification': ('Report', 'verify'),
+    'fleet.world_sim': ('WorldSim',),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__version__ = '0.1.0'
+__all__ = sorted(_HOME_OF)
+
+
+def __getattr__(name):
+    """Import the public ``name`` from its home at first use."""
+    if name not in _HOME_OF:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    value = getattr(import_module(f'{__name__}.{_HOME_OF[name]}'), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    """Return the public names, loaded or not."""
+    return sorted({*globals(), *__all__})
