@@ -1,0 +1,77 @@
+"""Draw a mission: the map, what each robot drove, and where two came closest."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import ArrayLike
+
+#: Colours that people with colour blindness tell apart (Okabe and Ito), in turn.
+COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#000000', '#B8A800')
+
+
+def new_figure(width: float, height: float, title: str = '') -> tuple[Figure, Axes]:
+    """Return a figure for a world of ``width`` by ``height`` [m], at most 14 by 9 inches, and its axes."""
+    scale = min(12.0 / width, 8.0 / height)
+    figure = Figure(figsize=(width * scale + 2.0, height * scale + 1.0), layout='constrained')
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=title)
+    return figure, axes
+
+
+def draw_robot(axes: Axes, label: str, colour: str, radius: float, track: ArrayLike,
+               start: ArrayLike, goal: ArrayLike) -> None:
+    """Draw one robot's mission.
+
+    Parameters
+    ----------
+    axes : Axes
+    label : str
+        For the legend.
+    colour : str
+    radius : float [m]
+    track : (N, 2) array_like [m]
+        What it drove.
+    start, goal : (3,) array_like [m, m, rad]
+        Drawn as the body with a line to its front, and as a star.
+    """
+    track = np.asarray(track, float).reshape(-1, 2)
+    axes.plot(track[:, 0], track[:, 1], color=colour, linewidth=1.8, label=label, zorder=4)
+    x, y, theta = start
+    axes.add_patch(Circle((x, y), radius, facecolor=colour, edgecolor='black', alpha=0.85, zorder=5))
+    axes.plot([x, x + radius * np.cos(theta)], [y, y + radius * np.sin(theta)], color='white', linewidth=1.5, zorder=6)
+    axes.plot(goal[0], goal[1], marker='*', markersize=13, color=colour, markeredgecolor='black', zorder=6,
+              linestyle='none')
+    axes.add_patch(Circle(goal[:2], radius, fill=False, edgecolor=colour, linestyle=':', zorder=5))
+
+
+def draw_closest(axes: Axes, places: ArrayLike, distance: float, time: float, radii: Sequence[float]) -> None:
+    """Draw the two bodies (2, 2) [m] at their closest approach, ``time`` [s] after the start."""
+    places = np.asarray(places, float)
+    for place, radius in zip(places, radii):
+        axes.add_patch(Circle(place, radius, fill=False, edgecolor='crimson', linewidth=1.2, zorder=7))
+    axes.plot(places[:, 0], places[:, 1], color='crimson', linewidth=1.2, zorder=7,
+              label=f'closest: {distance:.2f} m at {time:.1f} s')
+
+
+def draw_obstacles(axes: Axes, circles: Sequence[tuple], polygons: Sequence[ArrayLike],
+                   bounds: Mapping[str, float] | None) -> None:
+    """Draw circles ((x, y), radius) [m], polygons (n, 2) [m] and the boundary x_min, x_max, y_min, y_max [m]."""
+    for centre, radius in circles:
+        axes.add_patch(Circle(centre, radius, facecolor='0.55', edgecolor='0.2', zorder=2))
+    for polygon in polygons:
+        axes.fill(*np.asarray(polygon, float).T, facecolor='0.55', edgecolor='0.2', zorder=2)
+    if bounds is not None:
+        x = [bounds['x_min'], bounds['x_max'], bounds['x_max'], bounds['x_min'], bounds['x_min']]
+        y = [bounds['y_min'], bounds['y_min'], bounds['y_max'], bounds['y_max'], bounds['y_min']]
+        axes.plot(x, y, color='0.2', linewidth=2, zorder=2)
+
+
+def save(figure: Figure, path: str | Path, dpi: int = 110) -> None:
+    """Write the figure to ``path``; its ending gives the format."""
+    figure.savefig(path, dpi=dpi)

@@ -1,0 +1,238 @@
+"""Plans: uniform cubic B-splines on absolute knots that end at rest.
+
+Knot k is the time ``k * step`` of the common clock. Span m of a plan lasts from
+knot ``first_knot + m`` to the next and uses the control points m to m + 3. The
+last three points are equal: from the last knot on the robot stands still for
+ever. All functions take any leading axes, so one call judges many candidates.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.geometry import wrap_angle
+
+MAX_POINTS = 128
+#: Weights of the control points at each of the four Bezier points of a span.
+_TO_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
+
+
+def bezier(points: NDArray) -> NDArray[np.float64]:
+    """Return the Bezier points (..., S, 4, 2) [m] of the S spans of control points (..., S + 3, 2)."""
+    spans = np.lib.stride_tricks.sliding_window_view(points, 4, axis=-2)
+    return np.einsum('ij,...sdj->...sid', _TO_BEZIER, spans)
+
+
+def split(curves: NDArray, pieces: int) -> NDArray[np.float64]:
+    """Return the Bezier points (..., S * pieces, 4, 2) of each curve (..., S, 4, 2) cut into equal parts."""
+    parts = np.einsum('pij,...sjd->...spid', _cuts(pieces), curves)
+    return parts.reshape(*curves.shape[:-3], curves.shape[-3] * pieces, 4, 2)
+
+
+def _cuts(pieces):
+    """Return the matrices (pieces, 4, 4) that map Bezier points to those of each part (de Casteljau)."""
+    bernstein = np.linalg.inv(np.array([_bernstein(u, 3) for u in (0, 1 / 3, 2 / 3, 1)]))
+    starts = np.arange(pieces)[:, None] / pieces
+    samples = starts + np.array([0, 1 / 3, 2 / 3, 1]) / pieces
+    return np.einsum('ij,pjk->pik', bernstein, _bernstein(samples, 3))
+
+
+def _bernstein(u, degree):
+    """Return the Bernstein basis (..., degree + 1) at ``u``."""
+    from math import comb
+    u = np.asarray(u, float)[..., None]
+    index = np.arange(degree + 1)
+    return np.array([comb(degree, i) for i in index]) * u**index * (1 - u)**(degree - index)
+
+
+#: Five samples of a polynomial of degree 4 on [0, 1] times this are its Bernstein coefficients.
+_SAMPLES = np.linspace(0, 1, 5)
+_TO_BERNSTEIN = np.linalg.inv(_bernstein(_SAMPLES, 4))
+
+
+def speed_bound(points: NDArray, step: float) -> NDArray[np.float64]:
+    """Return an upper bound (...) [m/s] of the speed on all spans: the longest velocity control point."""
+    return np.linalg.norm(np.diff(points, axis=-2), axis=-1).max(axis=-1) / step
+
+
+def acceleration_bound(points: NDArray, step: float) -> NDArray[np.float64]:
+    """Return an upper bound (...) [m/s^2] of the acceleration on all spans, likewise exact at knots."""
+    return np.linalg.norm(np.diff(points, n=2, axis=-2), axis=-1).max(axis=-1) / step**2
+
+
+def keeps_turn_rate(points: NDArray, step: float, omega_max: float, pieces: int = 4) -> NDArray[np.bool_]:
+    """Return whether the turn rate stays within ``omega_max`` [rad/s] at every instant.
+
+    Sufficient, not necessary: the Bernstein coefficients of
+    ``omega_max |z'|^2 -/+ z' x z''`` on each of ``pieces`` parts of a span are
+    not negative. A span from or to rest is straight and passes.
+    """
+    d = 3 * np.diff(bezier(points), axis=-2) / step
+    u = (np.arange(pieces)[:, None] + _SAMPLES) / pieces
+    velocity = np.einsum('puj,...sjd->...spud', _bernstein(u, 2), d)
+    acceleration = np.einsum('puj,...sjd->...spud', _bernstein(u, 1), 2 * np.diff(d, axis=-2) / step)
+    cross = velocity[..., 0] * acceleration[..., 1] - velocity[..., 1] * acceleration[..., 0]
+    room = omega_max * (velocity**2).sum(axis=-1)
+    lowest = np.minimum((room - cross) @ _TO_BERNSTEIN.T, (room + cross) @ _TO_BERNSTEIN.T)
+    return (lowest >= -1e-9).all(axis=(-1, -2, -3))
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """One plan: where a robot is, and how it is turned, from its first knot on for ever.
+
+    Attributes
+    ----------
+    first_knot : int
+    step : float [s]
+        Time between knots.
+    points : (n, 2) ndarray [m]
+        Control points, 4 to 128; the last three are equal.
+    heading : float [rad]
+        At the first knot. A plan that starts with spans at rest turns in place
+        during them, evenly, to the direction in which it departs.
+    final_heading : float [rad]
+        Turned to in place during the spans at rest at the end; NaN for none.
+
+    Raises
+    ------
+    InvalidInput
+        A number is out of its range, or the plan does not end at rest.
+    """
+
+    first_knot: int
+    step: float
+    points: NDArray[np.float64]
+    heading: float = 0.0
+    final_heading: float = np.nan
+
+    def __post_init__(self):
+        points = np.array(self.points, dtype=float)
+        if points.ndim != 2 or points.shape[1] != 2 or not 4 <= len(points) <= MAX_POINTS:
+            raise InvalidInput(f'a plan has 4 to {MAX_POINTS} control points (n, 2), not {points.shape}')
+        if not (np.isfinite(points).all() and np.abs(points).max() <= 1e6):
+            raise InvalidInput('control points must be finite and within 1e6 m')
+        if not (np.isfinite(self.step) and 1e-3 <= self.step <= 10.0):
+            raise InvalidInput(f'the step between knots is {self.step} s, not in 0.001..10')
+        if not np.isfinite(self.heading) or np.isinf(self.final_heading):
+            raise InvalidInput(f'headings must be finite, not {self.heading} and {self.final_heading}')
+        if np.ptp(points[-3:], axis=0).any():
+            raise InvalidInput('a plan must end at rest: its last three control points differ')
+        points.flags.writeable = False
+        object.__setattr__(self, 'points', points)
+        object.__setattr__(self, 'first_knot', int(self.first_knot))
+
+    @classmethod
+    def at_rest(cls, first_knot: int, step: float, pose: NDArray) -> Plan:
+        """Return the plan that stands at ``pose`` (3,) [m, m, rad] for ever."""
+        return cls(first_knot, step, np.tile(np.asarray(pose, float)[:2], (4, 1)), float(pose[2]))
+
+    @property
+    def end_knot(self) -> int:
+        """The knot from which nothing changes any more."""
+        return self.first_knot + len(self.points) - 3
+
+    @property
+    def end(self) -> NDArray[np.float64]:
+        """Where the plan comes to rest, (2,) [m]."""
+        return self.points[-1]
+
+    def control(self, first_knot: int, count: int) -> NDArray[np.float64]:
+        """Return the ``count`` control points (count, 2) [m] from ``first_knot`` on; the last is repeated."""
+        if first_knot < self.first_knot:
+            raise ValueError(f'knot {first_knot} lies before the first of the plan, {self.first_knot}')
+        index = np.arange(count) + (first_knot - self.first_knot)
+        return self.points[np.minimum(index, len(self.points) - 1)]
+
+    def states(self, times: NDArray) -> NDArray[np.float64]:
+        """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]."""
+        u = np.clip(np.asarray(times, float) / self.step - self.first_knot, 0.0, len(self.points) - 3)
+        span = np.minimum(u.astype(int), len(self.points) - 4)
+        u = (u - span)[:, None]
+        b = bezier(self.points)[span]
+        d = 3 * np.diff(b, axis=1) / self.step
+        dd = 2 * np.diff(d, axis=1) / self.step
+        position = (_bernstein(u, 3) @ b)[:, 0]
+        velocity = (_bernstein(u, 2) @ d)[:, 0]
+        acceleration = (_bernstein(u, 1) @ dd)[:, 0]
+        speed2 = (velocity**2).sum(axis=1)
+        # At the two ends of a move the velocity is zero and its direction that of the span's chord.
+        chord = b[:, 3] - b[:, 0]
+        towards = np.where(speed2[:, None] > 1e-16, velocity, chord)
+        theta = np.arctan2(towards[:, 1], towards[:, 0])
+        cross = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
+        omega = np.divide(cross, speed2, out=np.zeros_like(cross), where=speed2 > 1e-16)
+        for first, last, start, turn in self._turns():
+            inside = (span >= first) & (span < last)
+            share = (span + u[:, 0] - first) / (last - first)
+            theta[inside] = wrap_angle(start + share * turn)[inside]
+            omega[inside] = turn / ((last - first) * self.step)
+        after = np.asarray(times) >= self.end_knot * self.step
+        omega[after] = 0.0
+        return np.column_stack([position, theta, np.sqrt(speed2), omega])
+
+    def state(self, time: float) -> NDArray[np.float64]:
+        """Return x, y, theta, v, omega (5,) at one ``time`` [s]."""
+        return self.states(np.array([time]))[0]
+
+    def turn_in_place(self) -> float:
+        """Return the greatest rate [rad/s] at which the plan turns while it stands."""
+        return max((abs(turn) / ((last - first) * self.step) for first, last, _, turn in self._turns()), default=0.0)
+
+    def _turns(self):
+        """Return the runs of spans at rest: (first, last + 1, heading at the first [rad], turn [rad])."""
+        moving = np.ptp(np.lib.stride_tricks.sliding_window_view(self.points, 4, axis=0), axis=2).any(axis=1)
+        count = len(moving)
+        if not moving.any():
+            final = self.heading if np.isnan(self.final_heading) else self.final_heading
+            return [(0, count, self.heading, float(wrap_angle(final - self.heading)))]
+        first, last = int(moving.argmax()), count - int(moving[::-1].argmax())
+        turns = []
+        if first > 0:
+            turns.append((0, first, self.heading, float(wrap_angle(self.departure() - self.heading))))
+        if last < count:
+            arrival = _direction(self.points[last + 2] - self.points[last - 1])
+            final = arrival if np.isnan(self.final_heading) else self.final_heading
+            turns.append((last, count, arrival, float(wrap_angle(final - arrival))))
+        return turns
+
+    def departure(self) -> float:
+        """Return the direction [rad] in which the plan first moves, its heading if it never does."""
+        steps = np.diff(self.points, axis=0)
+        moves = steps.any(axis=1)
+        return _direction(steps[moves.argmax()]) if moves.any() else self.heading
+
+
+def _direction(vector):
+    return float(np.arctan2(vector[1], vector[0]))
+
+
+def splice(plans: list[Plan], first_knot: int) -> Plan:
+    """Return the one plan that drives ``plans`` in turn, each from its first knot on.
+
+    Parameters
+    ----------
+    plans : list of Plan
+        In the order of their first knots; each starts as its predecessor goes on.
+    first_knot : int
+        Where the result starts; not before the first plan.
+
+    Raises
+    ------
+    ValueError
+        The plans have no place at ``first_knot`` yet.
+    """
+    started = [plan for plan in plans if plan.first_knot <= first_knot]
+    if not started:
+        raise ValueError(f'no plan has started at knot {first_knot}')
+    later = [plan for plan in plans if plan.first_knot > first_knot]
+    parts, knot, plan = [], first_knot, started[-1]
+    for successor in later:
+        parts.append(plan.control(knot, successor.first_knot - knot))
+        plan, knot = successor, successor.first_knot
+    parts.append(plan.control(knot, max(plan.end_knot - knot, 1) + 3))
+    heading = started[-1].state(first_knot * plan.step)[2]
+    return Plan(first_knot, plan.step, np.concatenate(parts), float(heading))

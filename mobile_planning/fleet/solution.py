@@ -1,0 +1,82 @@
+"""Solution: everything one robot has driven, as the plans it published."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.fleet.bspline import Plan
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The plans a robot has committed, each in force from its first knot to the next one's.
+
+    Attributes
+    ----------
+    eyed : int
+        The robot's id.
+    plans : tuple of Plan
+        In order; the first starts where the robot was switched on.
+    done : bool
+        The robot says that it is at its goal and at rest.
+    section_times : tuple of float [s]
+        To plan each section.
+    sample : float [s]
+        Greatest time between samples.
+    """
+
+    eyed: int
+    plans: tuple[Plan, ...]
+    done: bool = False
+    section_times: tuple[float, ...] = ()
+    sample: float = field(default=0.01, kw_only=True)
+
+    @property
+    def end(self) -> float:
+        """Time [s] from which the robot stands still."""
+        return self.plans[-1].end_knot * self.plans[-1].step
+
+    def states(self, times: NDArray) -> NDArray[np.float64]:
+        """Return x, y, theta, v, omega (N, 5) at increasing ``times`` (N,) [s]."""
+        starts = [plan.first_knot * plan.step for plan in self.plans]
+        bounds = [0, *np.searchsorted(times, starts[1:]), len(times)]
+        return np.concatenate([plan.states(times[low:high])
+                               for plan, low, high in zip(self.plans, bounds, bounds[1:])])
+
+    @cached_property
+    def t(self) -> NDArray[np.float64]:
+        """Sample times (N,) [s], from the first knot to the end."""
+        start = self.plans[0].first_knot * self.plans[0].step
+        return start + np.linspace(0.0, self.end - start, int(np.ceil((self.end - start) / self.sample)) + 1)
+
+    @cached_property
+    def _samples(self):
+        return self.states(self.t)
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """The robot's x (N,) [m] at ``t``."""
+        return self._samples[:, 0]
+
+    @property
+    def y(self) -> NDArray[np.float64]:
+        """The robot's y (N,) [m] at ``t``."""
+        return self._samples[:, 1]
+
+    @property
+    def theta(self) -> NDArray[np.float64]:
+        """The robot's heading (N,) [rad] at ``t``."""
+        return self._samples[:, 2]
+
+    @property
+    def v(self) -> NDArray[np.float64]:
+        """The robot's speed (N,) [m/s] at ``t``."""
+        return self._samples[:, 3]
+
+    @property
+    def omega(self) -> NDArray[np.float64]:
+        """The robot's turn rate (N,) [rad/s] at ``t``."""
+        return self._samples[:, 4]
