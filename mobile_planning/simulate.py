@@ -1,4 +1,7 @@
-"""Run a scene in process, in logical time, without ROS: ``simulate config/fleets/crossing.yaml --out out/crossing``."""
+"""Run a scene in process, in logical time, without ROS.
+
+``simulate config/fleets/crossing.yaml --out out/crossing``
+"""
 from __future__ import annotations
 
 import argparse
@@ -18,9 +21,14 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--loss', type=float, default=0.0, help='share of messages lost, 0 to 1')
     parser.add_argument('--delay', type=float, default=0.0, help='greatest extra delay of a message [s]')
     parser.add_argument('--out', help='folder for report.json and mission.png')
+    parser.add_argument('--list', action='store_true', help='print the map and the robot ids of the scene, and end')
     options = parser.parse_args(args)
     try:
         scene = load_scene(options.scene, options.robots)
+        if options.list:
+            print(f'map {scene.map_path.resolve() if scene.map_path else ""}')
+            print('robots', *(spec.id for spec in scene.robots))
+            return 0
         simulation = scene.world_sim()
         report = simulation.run(options.seed, options.loss, options.delay, scene.timeout)
         print(report.table())

@@ -103,16 +103,21 @@ class Robot:
 
     # What a mission says
 
+    def join(self, roster: Sequence[int]) -> None:
+        """Listen to the robots of ``roster`` from now on."""
+        self._protocol.join(list(roster))
+
     def start(self, roster: Sequence[int], start_time: float) -> None:
         """Drive from ``start_time`` [s] on, among the robots of ``roster``."""
-        self._protocol.join(list(roster))
+        self.join(roster)
         self._mission_start = float(start_time)
 
     def stop(self) -> None:
         """Finish the plan in force, which ends at rest, and stay there."""
         self._protocol.withdraw()
         self._mission_start = np.inf
-        self.mode = Mode.STOPPED
+        if not self.is_done:
+            self.mode = Mode.STOPPED
 
     # What goes in and out
 

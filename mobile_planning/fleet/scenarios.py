@@ -75,6 +75,8 @@ class Scene:
     grid : OccupancyGrid or None
     map_path : Path or None
         Where ``grid`` was read from.
+    on_map : bool
+        The robots drive on a map, which ``grid`` holds where it has been read.
     timeout : float [s]
         A mission longer than this has failed.
     """
@@ -85,13 +87,14 @@ class Scene:
     boundary: Boundary | None = None
     grid: OccupancyGrid | None = None
     map_path: Path | None = None
+    on_map: bool = False
     timeout: float = 60.0
 
     def __post_init__(self):
         ids = [robot.id for robot in self.robots]
         if not 1 <= len(ids) <= MAX_ROBOTS or len(set(ids)) != len(ids):
             raise InvalidInput(f'a scene has 1 to {MAX_ROBOTS} robots with ids of their own, not {ids}')
-        if self.boundary is None and self.grid is None:
+        if self.boundary is None and self.grid is None and not self.on_map:
             raise InvalidInput('a scene needs a map or a boundary')
         if not 0 < self.timeout <= 86400:
             raise InvalidInput(f'timeout is {self.timeout} s, not in 0..86400')
@@ -177,7 +180,7 @@ def _scene(path, content, robots):
             raise InvalidInput(f'{robots} robots are asked for, the scene lists {len(specs)}')
         specs = specs[:robots]
     return Scene(str(content.get('name', path.stem)), tuple(specs), obstacles, boundary, grid, map_path,
-                 float(content.get('timeout', 60.0)))
+                 grid is not None, float(content.get('timeout', 60.0)))
 
 
 def _refuse_unknown(entry, known, what):

@@ -1,0 +1,197 @@
+"""What surrounds a robot: a boundary, obstacles, and a map, and the room they leave."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.geometry import depth_in_box, finite_points
+from mobile_planning.world.obstacles import Obstacle
+from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
+
+
+class Boundary:
+    """A rectangle that robots stay in.
+
+    Parameters
+    ----------
+    x, y : (2,) array_like [m]
+        Least and greatest coordinate.
+
+    Attributes
+    ----------
+    x_min, x_max, y_min, y_max : float [m]
+
+    Raises
+    ------
+    InvalidInput
+        If a bound is not finite or the least is not below the greatest.
+
+    Examples
+    --------
+    >>> Boundary((0, 10), (0, 5)).distance([(1, 2), (-1, 2)])
+    array([ 1., -1.])
+    """
+
+    def __init__(self, x: ArrayLike, y: ArrayLike):
+        self.x_min, self.x_max = _bounds(x, 'x')
+        self.y_min, self.y_max = _bounds(y, 'y')
+
+    def __repr__(self) -> str:
+        return f'Boundary(({self.x_min:g}, {self.x_max:g}), ({self.y_min:g}, {self.y_max:g}))'
+
+    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return the distance from each point to the boundary, positive inside.
+
+        Parameters
+        ----------
+        points : (..., 2) array_like [m]
+
+        Returns
+        -------
+        (...) ndarray [m]
+        """
+        return depth_in_box(finite_points(points), (self.x_min, self.y_min), (self.x_max, self.y_max))
+
+
+class Environment:
+    """Everything fixed that a robot must not touch.
+
+    Parameters
+    ----------
+    boundary : Boundary, optional
+    obstacles : iterable of Obstacle
+    grid : OccupancyGrid, optional
+        Its occupied cells are obstacles, and so is all that lies outside it.
+    occupied_from : int
+        The least cell value that counts as occupied.
+    unknown_is_free : bool
+        Whether a cell of value -1 is free.
+
+    Examples
+    --------
+    >>> from mobile_planning.world.obstacles import RoundObstacle
+    >>> Environment(Boundary((0, 10), (0, 10)), [RoundObstacle((5, 5), 1)]).clearance([(5, 2), (5, 5), (1, 5)])
+    array([ 2., -1.,  1.])
+    """
+
+    def __init__(self, boundary: Boundary | None = None, obstacles: Iterable[Obstacle] = (),
+                 grid: OccupancyGrid | None = None, *, occupied_from: int = OCCUPIED_FROM,
+                 unknown_is_free: bool = False):
+        self.boundary = boundary
+        self.obstacles = tuple(obstacles)
+        self.grid = grid
+        self.occupied_from = occupied_from
+        self.unknown_is_free = unknown_is_free
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max [m] of an upright rectangle outside which nothing is free.
+
+        Raises
+        ------
+        InvalidInput
+            If there is neither a boundary nor a grid.
+        """
+        low, high = np.full(2, -np.inf), np.full(2, np.inf)
+        if self.boundary is not None:
+            low, high = ((self.boundary.x_min, self.boundary.y_min), (self.boundary.x_max, self.boundary.y_max))
+        if self.grid is not None:
+            corners = self.grid.grid_to_world([(0, 0), (self.grid.width, 0), (0, self.grid.height),
+                                               (self.grid.width, self.grid.height)])
+            low, high = np.maximum(low, corners.min(axis=0)), np.minimum(high, corners.max(axis=0))
+        if not np.all(np.less(low, high)) or not np.isfinite([low, high]).all():
+            raise InvalidInput('the world has no extent: it needs a boundary or a grid, and the two must overlap')
+        return tuple(float(value) for value in (*low, *high))
+
+    @cached_property
+    def occupied(self) -> NDArray[np.bool_]:
+        """Which cells (h, w) of the grid are obstacles."""
+        return self.grid.occupied(self.occupied_from, self.unknown_is_free)
+
+    def clearance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return how much room each point has: never more than there is.
+
+        To the boundary and the obstacles the distance is exact, signed. To the occupied
+        cells, as squares, it is a lower bound, at most 0.9 of a cell below the truth, and
+        0 inside them; outside the grid it is minus the distance to the grid.
+
+        Parameters
+        ----------
+        points : (..., 2) array_like [m]
+            In the map frame.
+
+        Returns
+        -------
+        (...) ndarray [m]
+            Infinite where nothing limits it.
+
+        Raises
+        ------
+        InvalidInput
+            If a coordinate is not finite.
+        """
+        points = finite_points(points)
+        room = np.full(points.shape[:-1], np.inf)
+        if self.boundary is not None:
+            room = np.minimum(room, self.boundary.distance(points))
+        for obstacle in self.obstacles:
+            room = np.minimum(room, obstacle.distance(points))
+        if self.grid is not None:
+            room = np.minimum(room, self._grid_clearance(points))
+        return room
+
+    def _grid_clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a lower bound of the distance to the grid's occupied squares and its edge [m].
+
+        The distance d to any set makes d(p)^2 - |p|^2 a concave function of p: it is the
+        least of the linear functions |o|^2 - 2 p.o over the set's points o. So between the
+        corners v of a cell it lies above their bilinear mean with weights w, which gives
+        d(p)^2 >= sum w d(v)^2 - tx (1 - tx) - ty (1 - ty), in cells, where (tx, ty) is the
+        place within the cell.
+        """
+        size = np.array((self.grid.width, self.grid.height))
+        place = self.grid.world_to_grid(points)
+        edge = depth_in_box(place, (0.0, 0.0), size)
+        if self._corner_field is None:
+            return edge * self.grid.resolution
+        place = np.clip(place, 0, size)
+        cell = np.minimum(place.astype(np.intp), size - 1)
+        tx, ty = np.moveaxis(place - cell, -1, 0)
+        first = cell[..., 1] * (self.grid.width + 1) + cell[..., 0]
+        low, high = ((1 - tx) * self._corner_field[row] + tx * self._corner_field[row + 1]
+                     for row in (first, first + self.grid.width + 1))
+        squared = (1 - ty) * low + ty * high - tx * (1 - tx) - ty * (1 - ty)
+        return np.minimum(edge, np.sqrt(np.maximum(squared, 0.0))) * self.grid.resolution
+
+    @cached_property
+    def _corner_field(self) -> NDArray[np.int32] | None:
+        """Squared distance [cells^2] from each cell corner to the nearest occupied square, flat; None if all is free.
+
+        Exact: seen from a corner, the nearest point of a square is one of its corners.
+        """
+        from scipy.ndimage import distance_transform_edt
+
+        if not self.occupied.any():
+            return None
+        padded = np.pad(self.occupied, 1)
+        touched = padded[:-1, :-1] | padded[:-1, 1:] | padded[1:, :-1] | padded[1:, 1:]
+        # The transform's own distances are rounded; squares of whole numbers of cells are not, and fit (2 x 32767^2).
+        nearest = distance_transform_edt(~touched, return_distances=False, return_indices=True)
+        for axis, length in enumerate(touched.shape):
+            nearest[axis] -= np.arange(length, dtype=np.int32).reshape((-1, 1) if axis == 0 else (1, -1))
+        return (nearest[0] ** 2 + nearest[1] ** 2).ravel()
+
+
+def _bounds(pair: ArrayLike, name: str) -> tuple[float, float]:
+    """Return least and greatest coordinate of a boundary."""
+    try:
+        low, high = (float(value) for value in pair)
+    except (TypeError, ValueError):
+        raise InvalidInput(f'boundary {name} {pair!r} is not a pair of numbers') from None
+    if not -np.inf < low < high < np.inf:
+        raise InvalidInput(f'boundary {name} ({low}, {high}) is not a finite pair with the least first')
+    return low, high
