@@ -1,0 +1,21 @@
+# The environment of everything that runs from .venv; to be sourced: `. launch/environment.sh`.
+
+mobile_planning_root=$(CDPATH='' cd "$(dirname "${BASH_SOURCE[0]:-$0}")/.." && pwd -P)
+
+# Another ROS or another virtual environment of this shell must not be mixed in: the start-up hook of the ROS wheels
+# looks for its libraries only where the last variable is not set, and children inherit it.
+unset PYTHONPATH PYTHONHOME LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+export PATH="$mobile_planning_root/.venv/bin:$PATH"
+export AMENT_PREFIX_PATH="$mobile_planning_root/.venv"
+export ROS_LOG_DIR="${ROS_LOG_DIR:-$mobile_planning_root/.venv/log/ros}"
+
+# Nodes of other hosts are not found, and two sessions on one host seldom meet.
+export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+export ROS_DOMAIN_ID="${ROS_DOMAIN_ID:-$(($$ % 100 + 1))}"
+# Shared memory would leave files in /dev/shm behind each process that is killed.
+export FASTDDS_BUILTIN_TRANSPORTS=UDPv4
+# Without it, an int in a float64 field goes out as another number and nobody says so.
+export ROS_PYTHON_CHECK_FIELDS=1
+
+unset mobile_planning_root

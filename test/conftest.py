@@ -1,0 +1,31 @@
+"""What every test stands on: a ROS of its own, the public data, and one way to draw examples."""
+import os
+import tempfile
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+# Before anything imports rclpy. Above 101 the ports of a domain meet those that the kernel hands out.
+os.environ['ROS_DOMAIN_ID'] = str(os.getpid() % 100 + 1)
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
+os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
+_LOGS = tempfile.TemporaryDirectory(prefix='mobile_planning_test_log_')
+os.environ['ROS_LOG_DIR'] = _LOGS.name
+
+hypothesis.settings.register_profile(
+    'mobile_planning', deadline=None, print_blob=True, derandomize=bool(os.environ.get('CI')))
+hypothesis.settings.load_profile('mobile_planning')
+
+
+@pytest.fixture(scope='session')
+def data_folder():
+    """Return the folder of the larger public maps, or skip the test."""
+    folder = os.environ.get('MOBILE_PLANNING_DATA')
+    if not folder:
+        pytest.skip('MOBILE_PLANNING_DATA names no folder of public maps')
+    folder = Path(folder)
+    if not folder.is_dir():
+        pytest.skip(f'MOBILE_PLANNING_DATA={folder} is no folder')
+    return folder
