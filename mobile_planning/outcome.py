@@ -37,7 +37,7 @@ def draw_mission(report: Report, solutions: Mapping[int, Solution], bodies: Sequ
     x_min, y_min, x_max, y_max = environment.bounds
     title = (f'{report.name}: {report.arrived} of {report.robots} arrived in {report.mission_time:.1f} s, '
              f'{"valid" if report.valid else "NOT VALID"}')
-    figure, axes = missions.new_figure(x_max - x_min, y_max - y_min, title)
+    figure, axes = maps.new_figure(x_max - x_min, y_max - y_min, title)
     if environment.grid is not None:
         grid = environment.grid
         maps.draw_map(axes, grid.data, grid.resolution, grid.origin)
@@ -53,5 +53,5 @@ def draw_mission(report: Report, solutions: Mapping[int, Solution], bodies: Sequ
         radii = {body.eyed: body.radius for body in bodies}
         missions.draw_closest(axes, report.closest['places'], report.min_separation, report.closest['time'],
                               [radii[eyed] for eyed in report.closest['robots']])
-    axes.legend(loc='upper left', bbox_to_anchor=(1.0, 1.0), frameon=False)
-    missions.save(figure, path)
+    maps.draw_legend(axes)
+    maps.save(figure, path)

@@ -2,26 +2,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 
 #: Colours that people with colour blindness tell apart (Okabe and Ito), in turn.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#000000', '#B8A800')
-
-
-def new_figure(width: float, height: float, title: str = '') -> tuple[Figure, Axes]:
-    """Return a figure for a world of ``width`` by ``height`` [m], at most 14 by 9 inches, and its axes."""
-    scale = min(12.0 / width, 8.0 / height)
-    figure = Figure(figsize=(width * scale + 2.0, height * scale + 1.0), layout='constrained')
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=title)
-    return figure, axes
 
 
 def draw_robot(axes: Axes, label: str, colour: str, radius: float, track: ArrayLike,
@@ -70,8 +58,3 @@ def draw_obstacles(axes: Axes, circles: Sequence[tuple], polygons: Sequence[Arra
         x = [bounds['x_min'], bounds['x_max'], bounds['x_max'], bounds['x_min'], bounds['x_min']]
         y = [bounds['y_min'], bounds['y_min'], bounds['y_max'], bounds['y_max'], bounds['y_min']]
         axes.plot(x, y, color='0.2', linewidth=2, zorder=2)
-
-
-def save(figure: Figure, path: str | Path, dpi: int = 110) -> None:
-    """Write the figure to ``path``; its ending gives the format."""
-    figure.savefig(path, dpi=dpi)

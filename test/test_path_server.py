@@ -1,0 +1,277 @@
+"""Poses in metres in, paths in metres out, and a sentence with a code for what cannot be answered."""
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mobile_planning import errors
+from mobile_planning.path_server import PathServer
+from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+# Two rooms of 3 x 2 m with a door at the top; the wall is at x = 3 m.
+ROOMS = np.zeros((20, 60), np.int8)
+ROOMS[:-4, 30] = 100
+
+
+def server_on(data=ROOMS, resolution=0.1, origin=(0, 0, 0), **options):
+    server = PathServer(**options)
+    server.set_map(OccupancyGrid(data, resolution, origin))
+    return server
+
+
+def length_of(poses):
+    return np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
+
+
+@given(st.tuples(*[st.floats(0.0, 2.9)] * 2), st.tuples(*[st.floats(3.1, 5.9)] * 2), st.floats(-3, 3))
+def test_a_path_begins_and_ends_exactly_as_asked_and_heads_along_itself(start, goal, theta):
+    server = server_on()
+    start, goal = (start[0], start[1] % 1.9, theta), (goal[0], goal[1] % 1.9, -theta)
+    poses = server.plan_path('', start, goal).poses
+    assert tuple(poses[0]) == start and tuple(poses[-1]) == goal
+    ahead = np.diff(poses[1:, :2], axis=0)
+    np.testing.assert_allclose(np.exp(1j * poses[1:-1, 2]), ahead @ (1, 1j) / np.hypot(*ahead.T))
+    cells = np.floor(poses[:, :2] / 0.1).astype(int)
+    assert not ROOMS[cells[:, 1], cells[:, 0]].any()
+
+
+@pytest.mark.parametrize('origin', [(0, 0, 0), (-3, 7, 0.5), (1e4, -1e4, np.pi)])
+def test_a_path_is_in_the_map_frame_wherever_the_map_lies(origin):
+    grid = OccupancyGrid(ROOMS, 0.1, origin)
+    start, goal = grid.cell_to_world([(2, 3), (57, 1)])
+    path = server_on(origin=origin).plan_path('distance_transform', (*start, 0.0), (*goal, 1.0))
+    assert path.cost == pytest.approx(length_of(path.poses))
+    assert grid.contains(grid.world_to_cell(path.poses[:, :2])).all()
+    # 28 cells to the door and 27 from it, up from row 3 to 16 and down to row 1.
+    assert path.cost == pytest.approx(0.1 * (28 + 27 + (13 + 15) * (np.sqrt(2) - 1)))
+
+
+def test_start_and_goal_in_one_cell_give_both_poses():
+    path = server_on().plan_path('', (0.51, 0.51, 0.0), (0.58, 0.52, 1.0))
+    assert path.poses.tolist() == [[0.51, 0.51, 0.0], [0.58, 0.52, 1.0]]
+    assert path.cost == 0.0
+
+
+def test_a_second_query_to_the_goal_reuses_the_plan_until_the_map_changes():
+    server = server_on()
+    plans = [server.plan_path('', start, (5.0, 0.5, 0)).statistics['plan'] for start in ((1, 1, 0), (2, 0.2, 0))]
+    server.set_map(OccupancyGrid(ROOMS, 0.1))
+    plans.append(server.plan_path('', (1, 1, 0), (5.0, 0.5, 0)).statistics['plan'])
+    assert plans == ['computed', 'reused', 'computed']
+
+
+def test_only_a_few_plans_are_kept():
+    server = server_on()
+    for x in np.arange(0.15, 2.5, 0.1):
+        server.plan_path('', (0.5, 0.5, 0), (x, 1, 0))
+    assert server.plan_path('', (0.5, 0.5, 0), (0.15, 1, 0)).statistics['plan'] == 'computed'
+
+
+def test_the_same_query_gives_the_same_path_every_time():
+    answers = [server_on().plan_path('', (0.5, 0.5, 0), (5.5, 0.5, 0)).poses for _ in range(3)]
+    assert np.array_equal(answers[0], answers[1]) and np.array_equal(answers[0], answers[2])
+
+
+def test_diagonals_keep_off_corners_unless_told_otherwise():
+    corner = np.array([[0, 0], [100, 0]], np.int8)
+    ends = (0.5, 0.5, 0), (1.5, 1.5, 0)
+    assert server_on(corner, 1.0).plan_path('', *ends).cost == 2.0
+    assert server_on(corner, 1.0, corner_cutting=True).plan_path('', *ends).cost == np.sqrt(2)
+
+
+def test_inflation_keeps_the_robots_radius_away_from_obstacles():
+    poses = server_on(inflation_radius=0.25).plan_path('', (0.5, 0.5, 0), (5.5, 0.5, 0)).poses
+    occupied = (np.argwhere(ROOMS)[:, ::-1] + 0.5) * 0.1
+    assert np.hypot(*(poses[:, None, :2] - occupied).T).min() > 0.25
+
+
+def test_unknown_cells_are_entered_only_when_told_so():
+    unknown = np.array([[0, -1, 0]], np.int8)
+    ends = (0.5, 0.5, 0), (2.5, 0.5, 0)
+    with pytest.raises(errors.NoPath):
+        server_on(unknown, 1.0).plan_path('', *ends)
+    assert server_on(unknown, 1.0, unknown_is_free=True).plan_path('', *ends).cost == 2.0
+
+
+FREE = (0.5, 0.5, 0.0)
+
+
+@pytest.mark.parametrize('kind, code, planner, start, goal, message', [
+    (errors.InvalidPlanner, 201, 'teleport', FREE, FREE, "'teleport' is not one of distance_transform"),
+    (errors.StartOutside, 203, '', (-0.1, 0.5, 0), FREE,
+     r'start \(-0.1, 0.5\), cell \(-1, 5\), is outside the map of 60 x'),
+    (errors.GoalOutside, 204, '', FREE, (0.5, 2.0, 0), r'goal \(0.5, 2\), cell \(5, 20\), is outside'),
+    (errors.StartOccupied, 205, '', (3.05, 0.55, 0), FREE,
+     r'start \(3.05, 0.55\), cell \(30, 5\), is occupied; the nearest free cell \((29|31), 5\) is 0.10 m away'),
+    (errors.GoalOccupied, 206, '', FREE, (3.05, 0.55, 0), r'goal \(3.05, 0.55\), cell \(30, 5\), is occupied'),
+    (errors.InvalidInput, 251, '', (np.nan, 0, 0), FREE, 'start .*nan'),
+    (errors.InvalidInput, 251, '', FREE, (0, 0, np.inf), 'goal .*inf'),
+    (errors.InvalidInput, 251, '', (0, 0), FREE, 'start .*three'),
+    (errors.InvalidInput, 251, '', 'here', FREE, 'start .*pose'),
+])
+def test_a_query_that_cannot_be_answered_says_why(kind, code, planner, start, goal, message):
+    server = server_on()
+    with pytest.raises(kind, match=message) as caught:
+        server.plan_path(planner, start, goal)
+    assert caught.value.code == code
+    assert server.plan_path('', FREE, (5, 0.5, 0)).cost > 0
+
+
+@pytest.mark.parametrize('options', [
+    {'deadline': 0.0}, {'deadline': -1.0}, {'deadline': np.nan}, {'tolerance': -0.1}, {'tolerance': np.inf}])
+def test_a_number_out_of_its_range_is_invalid(options):
+    with pytest.raises(errors.InvalidInput):
+        server_on().plan_path('', FREE, FREE, **options)
+
+
+def test_the_servers_own_options_are_checked():
+    with pytest.raises(errors.InvalidPlanner):
+        PathServer('teleport')
+    with pytest.raises(errors.InvalidInput):
+        PathServer(inflation_radius=np.nan)
+    assert PathServer().planners == ('distance_transform',)
+
+
+def test_there_is_no_path_before_there_is_a_map():
+    with pytest.raises(errors.NoMap) as caught:
+        PathServer().plan_path('', FREE, FREE)
+    assert caught.value.code == 250
+
+
+def test_no_path_is_told_in_metres():
+    walled = ROOMS.copy()
+    walled[:, 30] = 100
+    with pytest.raises(errors.NoPath, match=r'no path leads from start \(0.5, 0.5\) to goal \(5, 1\)') as caught:
+        server_on(walled).plan_path('', FREE, (5, 1, 0))
+    assert caught.value.code == 208
+
+
+def test_a_start_within_the_inflation_is_told_from_an_obstacle():
+    with pytest.raises(errors.StartOccupied, match='within the inflation radius of 0.3 m'):
+        server_on(inflation_radius=0.3).plan_path('', (2.85, 0.5, 0), FREE)
+
+
+def test_a_map_without_a_free_cell_says_so():
+    with pytest.raises(errors.StartOccupied, match='no cell is free'):
+        server_on(np.full((40, 30), 100)).plan_path('', FREE, FREE)
+
+
+def test_an_occupied_goal_goes_to_the_nearest_cell_within_the_tolerance():
+    data = ROOMS.copy()
+    data[2:9, 44:55] = 100
+    data[5, 49] = 0  # free, but walled in
+    server = server_on(data)
+    goal = (4.66, 0.55, 0.7)
+    with pytest.raises(errors.GoalOccupied, match='beyond the tolerance of 0.2 m'):
+        server.plan_path('', FREE, goal, tolerance=0.2)
+    path = server.plan_path('', FREE, goal, tolerance=0.5)
+    np.testing.assert_allclose(path.poses[-1], (4.35, 0.55, 0.7))
+    assert path.statistics['goal_moved'] == '0.310 m'
+
+
+def test_a_tolerance_moves_no_free_goal():
+    path = server_on().plan_path('', FREE, (5, 1, 0), tolerance=1.0)
+    assert tuple(path.poses[-1]) == (5, 1, 0) and 'goal_moved' not in path.statistics
+
+
+@given(st.integers(0, 2 ** 30))
+def test_the_nearest_reachable_cell_is_nearest_of_all(seed):
+    random = np.random.default_rng(seed)
+    data = (random.random((30, 40)) < 0.6).astype(np.int8) * 100
+    data[0, 0], data[29, 39] = 0, 100
+    goal = random.uniform((39, 29), (40, 30))
+    path = server_on(data, 1.0).plan_path('', (0.5, 0.5, 0), (*goal, 0), tolerance=100.0)
+    reached, rest = {(0, 0)}, [(0, 0)]
+    while rest:
+        x, y = rest.pop()
+        for cell in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
+            if 0 <= cell[0] < 40 and 0 <= cell[1] < 30 and not data[cell[1], cell[0]] and cell not in reached:
+                reached.add(cell)
+                rest.append(cell)
+    nearest = np.hypot(*(np.array(list(reached)) + 0.5 - goal).T).min()
+    assert np.hypot(*(path.poses[-1, :2] - goal)) == pytest.approx(nearest)
+
+
+def test_a_deadline_that_passed_is_a_timeout():
+    with pytest.raises(errors.PlanningTimeout, match='deadline of 1e-09 s') as caught:
+        server_on().plan_path('', FREE, (5, 1, 0), deadline=1e-9)
+    assert caught.value.code == 207
+
+
+def test_a_deadline_ends_a_field_under_way():
+    server = server_on(np.zeros((3000, 3000), np.int8))
+    with pytest.raises(errors.PlanningTimeout):
+        server.plan_path('', FREE, (299, 299, 0), deadline=0.005)
+
+
+def test_a_deadline_that_suffices_changes_nothing():
+    answer = server_on().plan_path('', FREE, (5, 1, 0), deadline=60.0, stop=np.zeros(1, np.uint8))
+    assert np.array_equal(answer.poses, server_on().plan_path('', FREE, (5, 1, 0)).poses)
+
+
+def test_a_withdrawn_query_is_cancelled_and_the_server_serves_on():
+    server, stop = server_on(), np.ones(1, np.uint8)
+    with pytest.raises(errors.Cancelled) as caught:
+        server.plan_path('', FREE, (5, 1, 0), stop=stop, deadline=60.0)
+    assert caught.value.code == 253
+    assert server.plan_path('', FREE, (5, 1, 0)).cost > 0
+
+
+def test_a_map_replaced_while_plans_run_never_gives_an_answer_from_a_mix():
+    # On one map the door is at the top, on the other at the bottom, and they lie 100 m apart.
+    grids = [OccupancyGrid(ROOMS[::turn], 0.1, (0, y, 0)) for turn, y in ((1, 0), (-1, 100))]
+    server = PathServer()
+    server.set_map(grids[0])
+    expected = {i: server_on(ROOMS[::turn], origin=(0, y, 0)).plan_path('', (0.5, y + 1, 0), (5.5, y + 1, 0)).poses
+                for i, (turn, y) in enumerate(((1, 0), (-1, 100)))}
+    over, wrong = threading.Event(), []
+
+    def replace():
+        i = 0
+        while not over.is_set():
+            i = 1 - i
+            server.set_map(grids[i])
+
+    def ask(i, y):
+        answers = 0
+        for _ in range(20000):
+            if answers >= 30:
+                return
+            try:
+                poses = server.plan_path('', (0.5, y + 1, 0), (5.5, y + 1, 0)).poses
+            except errors.StartOutside:
+                continue  # the other map is up
+            answers += 1
+            if not np.array_equal(poses, expected[i]):
+                wrong.append(poses)
+
+    replacing = threading.Thread(target=replace)
+    asking = [threading.Thread(target=ask, args=(i, y)) for i, y in ((0, 0), (0, 0), (1, 100))]
+    for thread in (replacing, *asking):
+        thread.start()
+    for thread in asking:
+        thread.join()
+    over.set()
+    replacing.join()
+    assert wrong == []
+
+
+def test_queries_from_many_threads_to_one_goal_do_not_disturb_each_other():
+    server = server_on()
+    starts = [(0.15 + 0.1 * i, 0.35, 0.0) for i in range(20)]
+    expected = [server.plan_path('', start, (5.5, 1, 0)).poses for start in starts]
+    wrong = []
+
+    def ask(i):
+        for _ in range(50):
+            if not np.array_equal(server.plan_path('', starts[i], (5.5, 1, 0)).poses, expected[i]):
+                wrong.append(i)
+
+    threads = [threading.Thread(target=ask, args=(i,)) for i in range(len(starts))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
