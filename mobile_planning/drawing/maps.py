@@ -158,15 +158,13 @@ def draw_pose(axes: Axes, pose: ArrayLike, style: Mapping, *, label: str | None 
 
 
 def draw_legend(axes: Axes) -> None:
-    """Write a legend between title and axes, where it covers nothing."""
-    axes.set_title(axes.get_title(loc='left'), loc='left', pad=26)
-    axes.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.2,
-                borderpad=0.2, handletextpad=0.5, columnspacing=1.5)
+    """Write a legend below the axes, where it covers nothing."""
+    axes.figure.legend(loc='outside lower center', ncols=6, frameon=False, handletextpad=0.5, columnspacing=1.5)
 
 
 def save(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write the figure to ``path``; its ending gives the format."""
-    figure.savefig(path, dpi=dpi)
+    figure.savefig(path, dpi=dpi, bbox_inches='tight')
 
 
 def _show_cells(axes, cells, resolution, origin, **options):
