@@ -1,0 +1,29 @@
+"""The executables: each a door that catches signals first and imports its node, with all of ROS, behind it."""
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+from mobile_planning.nodes.spin import StopSignals, run
+
+
+def _door(module: str, name: str):
+    """Return the main function of the node class ``name`` in ``mobile_planning.nodes.<module>``."""
+    def main(args: list[str] | None = None) -> int:
+        """Run the node until a signal and return the exit code."""
+        return run(lambda: getattr(import_module(f'mobile_planning.nodes.{module}'), name)(), args)
+    return main
+
+
+map_server = _door('map_server', 'MapServer')
+grid_planner = _door('grid_planner', 'GridPlanner')
+robot = _door('robot', 'RobotNode')
+world_sim = _door('world_sim', 'WorldSimNode')
+
+
+def plan_path(args: list[str] | None = None) -> int:
+    """Ask a planner node for a path, print it, and return the exit code."""
+    with StopSignals() as stop:
+        from mobile_planning.nodes.plan_path import main
+
+        return main(sys.argv if args is None else args, stop)

@@ -1,0 +1,180 @@
+"""How an executable of this package lives: it starts, spins its node, and ends with the right exit code.
+
+rclpy's own signal handling shuts the context down from another thread, at any moment: signals get lost, and a node
+that is just being built or just publishing dies with a traceback. So the handlers here only set a flag, and the loop
+looks at it. Nothing of ROS is imported before they stand, since the imports take longest of all.
+"""
+from __future__ import annotations
+
+import gc
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+from os.path import basename
+from typing import TYPE_CHECKING
+
+from mobile_planning.errors import InvalidInput, PlanningError
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+# The longest that a signal waits for the loop, while nothing else happens [s].
+PERIOD = 0.2
+# After which a node has loaded what it needs [s].
+SETTLING = 5.0
+
+
+class StopSignals:
+    """Remembers the first SIGINT or SIGTERM instead of dying of it, while the context lasts.
+
+    The same signal a second time acts as usual, for the user who has lost patience; the other one does not, for
+    Ctrl-C in a terminal reaches a node twice, as SIGINT from the terminal and as SIGTERM from the script around it.
+
+    Attributes
+    ----------
+    received : int or None
+        The number of the signal.
+
+    Examples
+    --------
+    >>> with StopSignals() as stop:
+    ...     signal.raise_signal(signal.SIGTERM)
+    ...     signal.Signals(stop.received).name
+    'SIGTERM'
+    """
+
+    def __init__(self):
+        self.received: int | None = None
+        self._before = {}
+
+    def __enter__(self) -> StopSignals:
+        self._before = {number: signal.signal(number, self._remember) for number in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def __exit__(self, *_) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _remember(self, number, _frame):
+        """Handle the signal: nothing here may raise or take a lock."""
+        self.received = self.received or number
+        signal.signal(number, signal.SIG_DFL)
+
+
+def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """Spin one node until SIGINT, SIGTERM or its own wish, and return the exit code.
+
+    A node ends itself by ``raise SystemExit(code)`` in any callback.
+
+    Parameters
+    ----------
+    make_node : callable
+        Imports what the node needs and returns it. A `PlanningError` means that the user gave it something wrong.
+    args : sequence of str, optional
+        The command line with the executable's name; ``sys.argv`` by default.
+
+    Returns
+    -------
+    int
+        0 after a signal, the node's own code, or 2 when the arguments or parameters are refused, with one sentence
+        on stderr.
+    """
+    args = sys.argv if args is None else args
+    with StopSignals() as stop:
+        try:
+            return _live(make_node, args, stop)
+        except PlanningError as error:
+            print(f'{basename(args[0])}: {error}', file=sys.stderr)
+            return 2
+
+
+def without_ros(args: Sequence[str]) -> list[str]:
+    """Return the arguments that are not for ROS, without the executable's name in front.
+
+    Parameters
+    ----------
+    args : sequence of str
+        The command line with the executable's name.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument after ``--ros-args`` is not understood.
+    """
+    from rclpy.utilities import remove_ros_args
+
+    try:
+        return remove_ros_args(list(args))[1:]
+    except RuntimeError as error:
+        raise InvalidInput(_sentence(error)) from None
+
+
+def start_ros(args: Sequence[str]) -> None:
+    """Initialise rclpy without its signal handlers.
+
+    Parameters
+    ----------
+    args : sequence of str
+        The command line with the executable's name.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument after ``--ros-args`` is not understood.
+    """
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    try:
+        rclpy.init(args=list(args), signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        raise InvalidInput(_sentence(error)) from None
+
+
+def _sentence(error):
+    """Return what rcl has to say, without the places in its own source."""
+    return str(error).split(', at /')[0]
+
+
+def _live(make_node, args, stop):
+    """Start, spin and clean up, whatever happens between; return the exit code."""
+    import rclpy
+    from rclpy.exceptions import NameValidationException
+    from rclpy.executors import SingleThreadedExecutor
+
+    executor = node = None
+    try:
+        unexpected = without_ros(args)
+        if unexpected:
+            raise InvalidInput(f'unexpected argument {unexpected[0]!r}: parameters are given as '
+                               '--ros-args -p name:=value or --ros-args --params-file FILE')
+        start_ros(args)
+        node = make_node()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        _spin(executor, lambda: stop.received is not None or not rclpy.ok())
+        return 0
+    except NameValidationException as error:
+        raise InvalidInput(str(error).splitlines()[0]) from None
+    except SystemExit as end:
+        return int(end.code or 0)
+    finally:
+        if node is not None:
+            node.destroy_node()
+        if executor is not None:
+            executor.shutdown()
+        rclpy.try_shutdown()
+
+
+def _spin(executor, is_over):
+    """Spin until it is over."""
+    settled = time.monotonic() + SETTLING
+    while not is_over():
+        executor.spin_once(timeout_sec=PERIOD)
+        if time.monotonic() > settled:
+            # What is there by now stays. Without this, every full collection walks through all of it, numba above
+            # all: 50 ms, now and then, in the middle of a request.
+            settled = float('inf')
+            gc.collect()
+            gc.freeze()

@@ -1,0 +1,106 @@
+"""One thread for the long work of a node, so that its executor goes on answering meanwhile."""
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.task import Future
+
+from mobile_planning.errors import Cancelled
+
+# How long the executor waits for a result before it turns to other things [s].
+PATIENCE = 0.005
+
+
+class Worker:
+    """Runs functions one after the other, in the order they were given.
+
+    What only its functions touch needs no lock.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Whose coroutines wait for the results. They must be in a ReentrantCallbackGroup: the default group waits with
+        them.
+
+    Attributes
+    ----------
+    stop : (1,) ndarray of uint8
+        ``stop[0]`` is set once the node ends; long work looks at it.
+    """
+
+    def __init__(self, node: Node):
+        self._node = node
+        self._jobs = queue.SimpleQueue()
+        self.stop = np.zeros(1, np.uint8)
+        # A daemon, for work that does not look at `stop` must not keep the process.
+        self._thread = threading.Thread(target=self._work, name=f'{node.get_name()} worker', daemon=True)
+        self._thread.start()
+
+    @property
+    def waiting(self) -> int:
+        """Number of functions that wait for their turn."""
+        return self._jobs.qsize()
+
+    def submit(self, function: Callable[..., Any], *args) -> Future:
+        """Let the function run when its turn comes, and return the future of its result.
+
+        Parameters
+        ----------
+        function : callable
+        *args
+        """
+        future = Future()
+        self._jobs.put((function, args, future))
+        return future
+
+    async def run(self, function: Callable[..., Any], *args) -> Any:
+        """Return what the function returns, or raise what it raises, without holding up the executor for long.
+
+        Parameters
+        ----------
+        function : callable
+        *args
+        """
+        future, done = self.submit(function, *args), threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        # Most results are there at once, and to go round the executor for them takes longer than they do.
+        done.wait(PATIENCE)
+        return await future
+
+    def close(self, timeout: float = 1.0) -> None:
+        """Stop the work under way and the thread.
+
+        Parameters
+        ----------
+        timeout : float [s]
+            How long work that does not stop is waited for.
+        """
+        self.stop[0] = 1
+        self._jobs.put(None)
+        self._thread.join(timeout)
+
+    def _work(self):
+        """Run the functions until `close`."""
+        for function, args, future in iter(self._jobs.get, None):
+            try:
+                if self.stop[0]:
+                    raise Cancelled('the node is shutting down')
+                future.set_result(function(*args))
+            except Exception as error:
+                future.set_exception(error)
+            self._wake()
+
+    def _wake(self):
+        """Wake the executor: it only looks at a waiting coroutine when something happens."""
+        executor = self._node.executor
+        try:
+            if executor is not None:
+                executor.wake()
+        except rclpy_implementation.InvalidHandle:
+            pass  # it has just been shut down

@@ -1,0 +1,188 @@
+"""Every executable as a process: it starts, answers, and ends as it should."""
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mobile_planning_msgs.srv import PlanPath
+from nav_msgs.srv import GetMap
+
+from mobile_planning.nodes.convert import occupancy_grid, pose_stamped
+from mobile_planning.world.map_io import load_map, save_map
+from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+SIGNALS = [signal.SIGINT, signal.SIGTERM]
+NODES = {'map_server': GetMap, 'grid_planner': PlanPath}
+SERVICES = {'map_server': '/map_server/map', 'grid_planner': '/grid_planner/plan_path'}
+# What a process has loaded as its start goes on: our handlers, rclpy, the middleware.
+STAGES = ['handlers', '_rclpy_pybind11', 'librmw_fastrtps_cpp']
+
+
+def until(condition, limit=30.0):
+    """Wait until the condition holds without a ROS to spin."""
+    end = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < end, f'not within {limit} s'
+
+
+def assert_ended_well(process):
+    """Check that the process ended with code 0 and without a word too many."""
+    code, out, err = process.result()
+    assert code == 0, err
+    assert 'Traceback' not in out + err and 'rror' not in out + err
+
+
+@pytest.mark.parametrize('number', SIGNALS)
+@pytest.mark.parametrize('name', NODES)
+def test_a_node_starts_answers_and_stops_on_a_signal(ros, start, name, number):
+    process = start(name)
+    ros.call(NODES[name], SERVICES[name])
+    process.signal(number)
+    assert_ended_well(process)
+
+
+@pytest.mark.parametrize('stage', STAGES)
+@pytest.mark.parametrize('number', SIGNALS)
+@pytest.mark.parametrize('name', NODES)
+def test_a_signal_during_the_start_ends_it_too(start, name, number, stage):
+    process = start(name)
+    until(lambda: process.catches(signal.SIGTERM))
+    if stage != 'handlers':
+        until(lambda: stage in Path(f'/proc/{process.popen.pid}/maps').read_text())
+    process.signal(number)
+    assert_ended_well(process)
+
+
+def test_both_signals_in_a_row_end_it_well(ros, start):
+    process = start('map_server')
+    ros.call(GetMap, '/map_server/map')
+    process.signal(signal.SIGINT)
+    process.signal(signal.SIGTERM)
+    assert_ended_well(process)
+
+
+@pytest.mark.parametrize('name', NODES)
+@pytest.mark.parametrize('arguments, words', [
+    (['--ros-args', '-p', 'autostrat:=true'], 'did you mean autostart?'),
+    (['--ros-args', '-p', 'autostart:=3'], 'must be a bool'),
+    (['--ros-args', '--params-file', 'nowhere.yaml'], 'nowhere.yaml'),
+    (['--ros-args', '-r', '__node:=a b'], ''),
+    (['--ros-args', '--nonsense'], 'nonsense'),
+    (['map.yaml'], "unexpected argument 'map.yaml'"),
+])
+def test_bad_arguments_end_it_with_code_2_and_a_sentence(start, name, arguments, words):
+    code, out, err = start(name, *arguments).result()
+    assert code == 2 and 'Traceback' not in err and words in err
+    assert err.splitlines()[-1].startswith(f'{name}: ')
+
+
+def test_a_parameter_file_for_another_node_is_no_concern_of_this_one(ros, start, tmp_path):
+    (tmp_path / 'fleet.yaml').write_text('robot_1:\n  ros__parameters: {radius: 0.3}\n'
+                                         'map_server:\n  ros__parameters: {frame_id: hall}\n')
+    process = start('map_server', '--ros-args', '--params-file', tmp_path / 'fleet.yaml')
+    ros.call(GetMap, '/map_server/map')
+    process.signal(signal.SIGTERM)
+    assert_ended_well(process)
+
+
+def test_a_parameter_under_the_wildcard_must_be_known_to_every_node(start, tmp_path):
+    (tmp_path / 'all.yaml').write_text('/**:\n  ros__parameters: {radius: 0.3, use_sim_time: false}\n')
+    code, _, err = start('map_server', '--ros-args', '--params-file', tmp_path / 'all.yaml').result()
+    assert code == 2 and 'map_server has no parameter radius' in err
+
+
+def test_the_shipped_parameter_files_are_understood(ros, start):
+    for name in NODES:
+        process = start(name, '--ros-args', '--params-file', REPOSITORY / 'config' / f'{name}.yaml')
+        ros.call(NODES[name], SERVICES[name])
+        process.signal(signal.SIGTERM)
+        assert_ended_well(process)
+
+
+@pytest.fixture
+def depot(start):
+    """Start a map server with the depot and a grid planner, and return the map."""
+    path = REPOSITORY / 'config' / 'maps' / 'depot.yaml'
+    start('map_server', '--ros-args', '-p', f'yaml_filename:={path}')
+    start('grid_planner')
+    return load_map(path)
+
+
+def rows(out):
+    """Return the names and values that the client prints."""
+    return dict(line.split(maxsplit=1) for line in out.splitlines())
+
+
+def test_the_client_prints_the_path_and_draws_it(start, depot, tmp_path):
+    picture = tmp_path / 'path.png'
+    code, out, err = start('plan_path', '--planner', 'distance_transform', '--start', 2, 2, '--goal', 27, 13, 1.57,
+                           '--plot', picture, '--timeout', 30).result()
+    assert (code, err) == (0, '')
+    assert np.hypot(25, 11) < float(rows(out)['cost'].split()[0]) < 40 and int(rows(out)['poses']) > 400
+    assert picture.read_bytes().startswith(b'\x89PNG') and picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize('arguments, words', [
+    (['--start', 2, 2, '--goal', 270, 13], 'error 204: goal (270, 13)'),
+    (['--start', -2, 2, '--goal', 27, 13], 'error 203: start (-2, 2)'),
+    (['--start', 2, 2, '--goal', 27, 13, '--frame', 'odom'], "error 202: start is in frame 'odom'"),
+    (['--start', 2, 2, '--goal', 27, 13, '--planner', 'teleport'], "error 201: planner 'teleport'"),
+    (['--start', 2, 2, '--goal', 'nan', 13], 'error 251: goal'),
+    (['--start', 2, 2, '--goal', 27, 13, '--plot', '/nowhere/path.png'], '/nowhere/path.png'),
+    (['--start', 2, 2, '--goal', 27, 13, '--plot', 'path.nothing'], 'nothing'),
+])
+def test_the_client_says_in_a_sentence_what_failed(start, depot, arguments, words):
+    code, _, err = start('plan_path', *arguments, '--timeout', 30).result()
+    assert code == 1 and err.startswith('plan_path: ') and words in err and 'Traceback' not in err
+
+
+def test_the_client_says_what_to_start_where_nobody_answers(start):
+    code, out, err = start('plan_path', '--start', 2, 2, '--goal', 3, 3, '--timeout', 0.1).result()
+    assert (code, out) == (1, '') and len(err.splitlines()) == 1
+    assert 'grid_planner' in err and f'ROS_DOMAIN_ID {os.environ["ROS_DOMAIN_ID"]}' in err
+
+
+@pytest.mark.parametrize('arguments', [
+    ['--start', 2, '--goal', 3, 3], ['--start', 2, 2, 2, 2, '--goal', 3, 3], ['--start', 2, 2], ['--start', 'a', 2],
+    ['--start', 2, 2, '--goal', 3, 3, '--seed', 2**63], ['--start', 2, 2, '--goal', 3, 3, '--deadline', -1]])
+def test_the_client_shows_its_usage_when_misused(start, arguments):
+    code, _, err = start('plan_path', *arguments).result()
+    assert code == 2 and 'usage: plan_path' in err and 'Traceback' not in err
+
+
+@pytest.mark.parametrize('number', SIGNALS)
+def test_the_client_stops_waiting_on_a_signal(start, number):
+    process = start('plan_path', '--start', 2, 2, '--goal', 3, 3, '--timeout', 100)
+    until(lambda: process.catches(signal.SIGTERM))
+    process.signal(number)
+    code, out, err = process.result()
+    assert (code, out, err) == (1, '', 'plan_path: interrupted\n')
+
+
+def test_the_client_takes_the_arguments_of_ros(start, depot):
+    code, out, _ = start('plan_path', '--start', 2, 2, '--goal', 27, 13, '--node', 'other', '--timeout', 30,
+                         '--ros-args', '-r', '/other/plan_path:=/grid_planner/plan_path').result()
+    assert code == 0 and 'cost' in out
+
+
+def test_a_restarted_map_server_brings_its_map_to_the_planner(ros, start, tmp_path):
+    first = save_map(OccupancyGrid(np.zeros((4, 4), np.int8)), tmp_path / 'first')
+    second = save_map(OccupancyGrid(np.zeros((4, 40), np.int8)), tmp_path / 'second')
+    start('grid_planner')
+
+    def outcome(x):
+        return ros.call(PlanPath, '/grid_planner/plan_path', PlanPath.Request(
+            start=pose_stamped((0.5, 0.5, 0), 'map'), goal=pose_stamped((x, 0.5, 0), 'map'))).error_code
+
+    server = start('map_server', '--ros-args', '-p', f'yaml_filename:={first}')
+    ros.until(lambda: outcome(3.5) == 0)
+    assert outcome(30.5) == PlanPath.Response.GOAL_OUTSIDE
+    server.popen.kill()
+    server.result()
+    assert outcome(3.5) == 0
+    start('map_server', '--ros-args', '-p', f'yaml_filename:={second}')
+    ros.until(lambda: outcome(30.5) == 0)
+    assert occupancy_grid(ros.call(GetMap, '/map_server/map').map).shape == (4, 40)
