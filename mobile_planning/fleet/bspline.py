@@ -8,6 +8,8 @@ ever. All functions take any leading axes, so one call judges many candidates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
+from operator import index
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +44,13 @@ def _cuts(pieces):
 
 def _bernstein(u, degree):
     """Return the Bernstein basis (..., degree + 1) at ``u``."""
-    from math import comb
     u = np.asarray(u, float)[..., None]
-    index = np.arange(degree + 1)
-    return np.array([comb(degree, i) for i in index]) * u**index * (1 - u)**(degree - index)
+    power = np.arange(degree + 1)
+    return np.array([comb(degree, i) for i in power]) * u**power * (1 - u)**(degree - power)
 
 
+#: Slower than this [m/s] is at rest.
+_REST = 1e-6
 #: Five samples of a polynomial of degree 4 on [0, 1] times this are its Bernstein coefficients.
 _SAMPLES = np.linspace(0, 1, 5)
 _TO_BERNSTEIN = np.linalg.inv(_bernstein(_SAMPLES, 4))
@@ -68,16 +71,36 @@ def keeps_turn_rate(points: NDArray, step: float, omega_max: float, pieces: int 
 
     Sufficient, not necessary: the Bernstein coefficients of
     ``omega_max |z'|^2 -/+ z' x z''`` on each of ``pieces`` parts of a span are
-    not negative. A span from or to rest is straight and passes.
+    not negative, and the motion never stops on its way or turns back, where the
+    heading would jump. A span from or to rest is straight and passes.
     """
-    d = 3 * np.diff(bezier(points), axis=-2) / step
+    steps = np.diff(points, axis=-2) / step
+    before, middle, after = steps[..., :-2, :], steps[..., 1:-1, :], steps[..., 2:, :]
+    d = np.stack([(before + middle) / 2, middle, (middle + after) / 2], axis=-2)
+    dd = np.stack([middle - before, after - middle], axis=-2) / step
     u = (np.arange(pieces)[:, None] + _SAMPLES) / pieces
     velocity = np.einsum('puj,...sjd->...spud', _bernstein(u, 2), d)
-    acceleration = np.einsum('puj,...sjd->...spud', _bernstein(u, 1), 2 * np.diff(d, axis=-2) / step)
+    acceleration = np.einsum('puj,...sjd->...spud', _bernstein(u, 1), dd)
     cross = velocity[..., 0] * acceleration[..., 1] - velocity[..., 1] * acceleration[..., 0]
     room = omega_max * (velocity**2).sum(axis=-1)
     lowest = np.minimum((room - cross) @ _TO_BERNSTEIN.T, (room + cross) @ _TO_BERNSTEIN.T)
-    return (lowest >= -1e-9).all(axis=(-1, -2, -3))
+    # Rounding of the terms, of which the largest sets the scale.
+    slack = 1e-13 * (np.abs(room) + np.abs(cross)).max(axis=(-1, -2, -3), initial=0.0)
+    return (lowest.min(axis=(-1, -2, -3)) >= -slack) & _goes_on(steps)
+
+
+def _goes_on(steps):
+    """Return whether each motion is one move, and no step of it points back from the last one [m/s]."""
+    moves = np.linalg.norm(steps, axis=-1) > _REST
+    back = (steps[..., 1:, :] * steps[..., :-1, :]).sum(axis=-1) <= 0
+    # One step without length between two others slows the robot down and does not stop it.
+    back_over = (steps[..., 2:, :] * steps[..., :-2, :]).sum(axis=-1) <= 0
+    over = moves[..., 2:] & moves[..., :-2]
+    turns_back = (moves[..., 1:] & moves[..., :-1] & back).any(axis=-1) | (over & back_over).any(axis=-1)
+    on_the_way = moves.copy()
+    on_the_way[..., 1:-1] |= over
+    departs = on_the_way[..., 1:] & ~on_the_way[..., :-1]
+    return ~turns_back & (on_the_way[..., 0] + departs.sum(axis=-1) <= 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +115,8 @@ class Plan:
     points : (n, 2) ndarray [m]
         Control points, 4 to 128; the last three are equal.
     heading : float [rad]
-        At the first knot. A plan that starts with spans at rest turns in place
-        during them, evenly, to the direction in which it departs.
+        At the first knot. During spans at rest a plan turns in place, evenly,
+        to the direction in which it departs.
     final_heading : float [rad]
         Turned to in place during the spans at rest at the end; NaN for none.
 
@@ -110,7 +133,11 @@ class Plan:
     final_heading: float = np.nan
 
     def __post_init__(self):
-        points = np.array(self.points, dtype=float)
+        try:
+            points, first_knot = np.array(self.points, dtype=float), index(self.first_knot)
+        except (TypeError, ValueError):
+            raise InvalidInput(f'a plan has control points (n, 2) and a whole first knot, not {self.points!r} '
+                               f'and {self.first_knot!r}') from None
         if points.ndim != 2 or points.shape[1] != 2 or not 4 <= len(points) <= MAX_POINTS:
             raise InvalidInput(f'a plan has 4 to {MAX_POINTS} control points (n, 2), not {points.shape}')
         if not (np.isfinite(points).all() and np.abs(points).max() <= 1e6):
@@ -123,7 +150,7 @@ class Plan:
             raise InvalidInput('a plan must end at rest: its last three control points differ')
         points.flags.writeable = False
         object.__setattr__(self, 'points', points)
-        object.__setattr__(self, 'first_knot', int(self.first_knot))
+        object.__setattr__(self, 'first_knot', first_knot)
 
     @classmethod
     def at_rest(cls, first_knot: int, step: float, pose: NDArray) -> Plan:
@@ -144,8 +171,8 @@ class Plan:
         """Return the ``count`` control points (count, 2) [m] from ``first_knot`` on; the last is repeated."""
         if first_knot < self.first_knot:
             raise ValueError(f'knot {first_knot} lies before the first of the plan, {self.first_knot}')
-        index = np.arange(count) + (first_knot - self.first_knot)
-        return self.points[np.minimum(index, len(self.points) - 1)]
+        wanted = np.arange(count) + (first_knot - self.first_knot)
+        return self.points[np.minimum(wanted, len(self.points) - 1)]
 
     def states(self, times: NDArray) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]."""
@@ -184,26 +211,17 @@ class Plan:
 
     def _turns(self):
         """Return the runs of spans at rest: (first, last + 1, heading at the first [rad], turn [rad])."""
-        moving = np.ptp(np.lib.stride_tricks.sliding_window_view(self.points, 4, axis=0), axis=2).any(axis=1)
-        count = len(moving)
-        if not moving.any():
-            final = self.heading if np.isnan(self.final_heading) else self.final_heading
-            return [(0, count, self.heading, float(wrap_angle(final - self.heading)))]
-        first, last = int(moving.argmax()), count - int(moving[::-1].argmax())
+        resting = ~np.ptp(np.lib.stride_tricks.sliding_window_view(self.points, 4, axis=0), axis=2).any(axis=1)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], resting, [False]])))
         turns = []
-        if first > 0:
-            turns.append((0, first, self.heading, float(wrap_angle(self.departure() - self.heading))))
-        if last < count:
-            arrival = _direction(self.points[last + 2] - self.points[last - 1])
-            final = arrival if np.isnan(self.final_heading) else self.final_heading
-            turns.append((last, count, arrival, float(wrap_angle(final - arrival))))
+        for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()):
+            arrival = self.heading if first == 0 else _direction(self.points[first + 2] - self.points[first - 1])
+            if last < len(resting):
+                wanted = _direction(self.points[last + 3] - self.points[last])
+            else:
+                wanted = arrival if np.isnan(self.final_heading) else self.final_heading
+            turns.append((first, last, arrival, float(wrap_angle(wanted - arrival))))
         return turns
-
-    def departure(self) -> float:
-        """Return the direction [rad] in which the plan first moves, its heading if it never does."""
-        steps = np.diff(self.points, axis=0)
-        moves = steps.any(axis=1)
-        return _direction(steps[moves.argmax()]) if moves.any() else self.heading
 
 
 def _direction(vector):
@@ -212,6 +230,9 @@ def _direction(vector):
 
 def splice(plans: list[Plan], first_knot: int) -> Plan:
     """Return the one plan that drives ``plans`` in turn, each from its first knot on.
+
+    The motion is theirs at every instant; a turn in place on the way is spread
+    over all of the rest that it falls in.
 
     Parameters
     ----------
@@ -235,4 +256,4 @@ def splice(plans: list[Plan], first_knot: int) -> Plan:
         plan, knot = successor, successor.first_knot
     parts.append(plan.control(knot, max(plan.end_knot - knot, 1) + 3))
     heading = started[-1].state(first_knot * plan.step)[2]
-    return Plan(first_knot, plan.step, np.concatenate(parts), float(heading))
+    return Plan(first_knot, plan.step, np.concatenate(parts), float(heading), plan.final_heading)

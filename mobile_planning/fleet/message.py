@@ -94,7 +94,7 @@ class RobotMsg:
                 raise InvalidInput(f'{name} is {value}, not in 0..{limit}')
         if len(self.links) > MAX_LINKS:
             raise InvalidInput(f'a message has {len(self.links)} links, more than {MAX_LINKS}')
-        if (self.proposal is None) != (self.proposal_seq == 0):
+        if self.proposal_seq < 0 or (self.proposal is None) != (self.proposal_seq == 0):
             raise InvalidInput(f'proposal_seq is {self.proposal_seq}, which does not fit the proposal')
         if self.proposal is not None and self.plan is not None and self.proposal.step != self.plan.step:
             raise InvalidInput(f'the proposal has the step {self.proposal.step} s, the plan {self.plan.step} s')
@@ -106,7 +106,10 @@ class RobotMsg:
 
 
 def _finite(name: str, value: ArrayLike, size: int | None) -> NDArray[np.float64]:
-    array = np.asarray(value, float)
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f'{name} must be numbers, not {value!r}') from None
     if array.ndim != 1 or (size is not None and array.shape != (size,)) or not np.isfinite(array).all():
         raise InvalidInput(f'{name} must be finite numbers, {size or "any count"} of them')
     return array

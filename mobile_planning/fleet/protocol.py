@@ -3,15 +3,19 @@
 A robot drives the plan in force, which ends at rest, and may propose a
 successor. It commits the successor only when every peer has promised to stay
 clear of it, and only before its first knot. A peer promises when its own plan in
-force, and its own open proposal, keep apart from the proposal; from then on
-whatever it proposes keeps apart from both plans of the proposer, until a newer
-message shows which of them has lapsed. Where two open proposals clash the lower
-id's stands and the other is withdrawn for good.
+force, and its own open proposal, keep apart from the proposal; where two open
+proposals clash the lower id's stands and the other is withdrawn for good.
 
 So at any instant the plans in force of two robots are apart, for ever, under any
-loss, delay, reordering and duplication: a commit follows a promise, a promise is
-kept until the promised proposal is known to be withdrawn, and a withdrawn
-proposal is never committed. No clock and no I/O here.
+loss, delay, reordering and duplication. For take two successors, one of each
+robot, that were both committed: each robot judged the other's. It can only judge
+what it has heard, so they cannot both have judged before they opened their own.
+The one that judged with its own already open, or in force, found the two apart
+or withdrew its own, and a withdrawn proposal is never committed.
+
+That a robot also proposes nothing that clashes with what it has promised is no
+part of this argument: it spares everybody proposals that cannot be promised.
+No clock and no I/O here.
 """
 from __future__ import annotations
 
@@ -83,6 +87,10 @@ class Protocol:
                 peer.message, message, epoch_is_bound):
             self.ignored += 1
             return False
+        if peer.message is not None and peer.message.boot_epoch != message.boot_epoch:
+            # Its numbers count anew: a promise to, or of, the robot before the restart says nothing now.
+            peer.promised = 0
+            self.promised_by.pop(message.robot_id, None)
         peer.message = message
         if message.proposal_seq != peer.promised:
             peer.promised = 0

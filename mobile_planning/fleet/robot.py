@@ -11,14 +11,14 @@ from time import perf_counter
 
 import numpy as np
 
-from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
-from mobile_planning.fleet.bspline import Plan, acceleration_bound, keeps_turn_rate, speed_bound, splice
+from mobile_planning.errors import GoalOccupied, InvalidInput, NoPath, StartOccupied
+from mobile_planning.fleet.bspline import MAX_POINTS, Plan, acceleration_bound, keeps_turn_rate, speed_bound, splice
 from mobile_planning.fleet.certificates import keeps_apart, keeps_clear
 from mobile_planning.fleet.guidance import Guidance, Polyline
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Mode, RobotMsg
 from mobile_planning.fleet.protocol import Protocol
-from mobile_planning.fleet.section import Limits, candidates, remaining
+from mobile_planning.fleet.section import Limits, bearing, candidates, remaining
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.world.environment import Boundary, Environment
@@ -31,6 +31,8 @@ HEADING_TOLERANCE = 0.02
 #: A commit this near to its first knot [s] comes too late.
 _GUARD = 0.005
 _MAX_LATENCY = 2.0
+#: Room [m] to spare at start and goal, without which no drive from or to them can be proved clear.
+_SPARE = 0.001
 
 
 class Robot:
@@ -82,6 +84,8 @@ class Robot:
         self.environment = Environment(phy_boundary, obstacles, grid)
         self.mode = Mode.WAITING
         self.Tc, self._spans, self._latency = float(Tc), int(round(Tp / Tc)), 1.5 * Tc
+        # What is in force, up to the end of a section that starts so late, must fit into one message.
+        self._max_latency = min(_MAX_LATENCY, (MAX_POINTS - 5 - self._spans) * self.Tc)
         v_max, omega_max = kine_model.u_max
         self.limits = Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin)
         self._require_room()
@@ -94,12 +98,12 @@ class Robot:
         self._mission_start = np.inf
 
     def _require_room(self):
-        places = np.array([self.k_mod.z_init, self.k_mod.z_final])
+        places, need = np.array([self.k_mod.z_init, self.k_mod.z_final]), self.limits.radius + _SPARE
         for place, room, error, name in zip(places, self.environment.clearance(places),
                                             (StartOccupied, GoalOccupied), ('start', 'goal')):
-            if room < self.limits.radius:
+            if room < need:
                 raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed} has {room:.3f} m of room, '
-                            f'its radius with margin is {self.limits.radius:.3f} m')
+                            f'with its margin it needs {need:.3f} m')
 
     # What a mission says
 
@@ -172,8 +176,13 @@ class Robot:
 
     # How it works
 
+    def _index_at(self, knot):
+        """Return which of the plans is in force at ``knot``: the last that has started, or the first."""
+        return next((index for index in reversed(range(len(self._plans)))
+                     if self._plans[index].first_knot <= knot), 0)
+
     def _plan_at(self, knot):
-        return next((plan for plan in reversed(self._plans) if plan.first_knot <= knot), self._plans[0])
+        return self._plans[self._index_at(knot)]
 
     def _settle(self, now):
         """Commit the open proposal if all have promised, withdraw it if its time has come."""
@@ -182,7 +191,7 @@ class Robot:
             return
         if now > proposal.first_knot * self.Tc - _GUARD:
             self._protocol.withdraw()
-            self._latency = min(1.5 * self._latency, _MAX_LATENCY)
+            self._latency = min(1.5 * self._latency, self._max_latency)
         elif self._protocol.is_promised():
             self._commit(proposal, now)
             self._latency = max(0.97 * self._latency, 1.5 * self.Tc)
@@ -194,14 +203,14 @@ class Robot:
     def _in_force(self, now):
         """Return all that is committed as one plan, from the current knot on."""
         knot = max(int(np.floor(now / self.Tc)), self._plans[0].first_knot)
-        recent = [plan for plan in self._plans[-6:] if plan.first_knot > knot]
-        return splice([self._plan_at(knot), *recent], knot)
+        return splice(self._plans[self._index_at(knot):], knot)
 
     def _drive(self, now):
-        """Propose the next section, turn in place at the goal, or notice that the mission is done."""
+        """Propose the next section, turn in place, or notice that the mission is done."""
         self._protocol.plan = self._in_force(now)
         arrived = np.linalg.norm(self.plan.end - self.k_mod.z_final) <= GOAL_TOLERANCE
-        if arrived and now >= self._plans[-1].end_knot * self.Tc:
+        stands = now >= self._plans[-1].end_knot * self.Tc
+        if arrived and stands:
             self._finish(now)
         elif self._protocol.proposal is None and not arrived:
             self.mode = Mode.DRIVING
@@ -211,31 +220,55 @@ class Robot:
             if proposal is not None:
                 self._protocol.propose(proposal)
                 self._settle(now)
+            elif stands:
+                self._face_the_way(now)
 
     def _finish(self, now):
-        """Turn to the final heading; a turn in place takes no new room, so nobody is asked."""
-        heading, final = self.state(now)[2], self.k_mod.q_final[2]
-        turn = abs(float(wrap_angle(final - heading)))
-        if turn <= HEADING_TOLERANCE:
+        """Turn to the final heading; then the mission is done."""
+        final = self.k_mod.q_final[2]
+        if abs(wrap_angle(final - self.state(now)[2])) <= HEADING_TOLERANCE:
             self.mode = Mode.DONE
+        else:
+            self._turn_in_place(final, now)
+
+    def _face_the_way(self, now):
+        """Turn towards the path, where that takes too long to be part of a section."""
+        try:
+            wanted = bearing(self.plan.end, self._path(self.plan.end_knot, self.plan.end))
+        except NoPath:
             return
-        spans = int(np.ceil(turn / (0.97 * self.limits.omega_max * self.Tc)))
-        points = np.tile(self.plan.end, (spans + 3, 1))
-        self._commit(Plan(int(np.floor(now / self.Tc)) + 1, self.Tc, points, heading, final), now)
+        if abs(wrap_angle(wanted - self.state(now)[2])) > 0.5 * self._spans * self.Tc * self.limits.omega_max:
+            self._turn_in_place(wanted, now)
+
+    def _turn_in_place(self, wanted, now):
+        """Turn towards a heading for at most one plan; that takes no new room, so nobody is asked."""
+        heading, most = self.state(now)[2], 0.97 * self.limits.omega_max * self.Tc
+        turn = np.clip(wrap_angle(wanted - heading), -most * self._spans, most * self._spans)
+        points = np.tile(self.plan.end, (max(1, int(np.ceil(abs(turn) / most))) + 3, 1))
+        self._commit(Plan(int(np.floor(now / self.Tc)) + 1, self.Tc, points, heading,
+                          float(wrap_angle(heading + turn))), now)
 
     def _next_section(self, now):
         """Return the best candidate that is proved clear, None if standing by the old plan is as good."""
         knot = max(int(np.ceil((now + self._latency) / self.Tc)), self._plans[-1].first_knot)
         start = self.plan.control(knot, 3)
-        heading = self._plan_at(knot).state(knot * self.Tc)[2]
-        path = Polyline(self._guidance.path(start[2], *self._parked(knot)))
+        heading = float(self._plan_at(knot).state(knot * self.Tc)[2])
+        try:
+            path = self._path(knot, start[2])
+        except NoPath:
+            return None
         points = candidates(start, heading, path, self.limits, self.Tc, self._spans)
         costs = self._costs(points, path)
         standing = self._costs(self.plan.control(knot, self._spans + 3)[None], path)[0]
         worth = np.flatnonzero(costs < standing - 0.02)
         best = worth[np.argsort(costs[worth], kind='stable')]
-        good = best[self._is_proved(points[best], knot)]
-        return Plan(knot, self.Tc, points[good[0]], heading) if len(good) else None
+        plans = (Plan(knot, self.Tc, good, heading) for good in points[best[self._is_proved(points[best], knot)]])
+        # Rounding: a turn may fill its spans to the last digit.
+        return next((plan for plan in plans if plan.turn_in_place() <= self.limits.omega_max * (1 + 1e-8)), None)
+
+    def _path(self, knot, position):
+        """Return the way to the goal from ``position`` (2,) [m], around whoever stands still at ``knot``."""
+        return Polyline(self._guidance.path(position, *self._parked(knot)))
 
     @staticmethod
     def _costs(points, path):

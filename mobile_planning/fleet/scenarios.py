@@ -20,8 +20,11 @@ Lengths are in metres, angles in radians, times in seconds.
 """
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
@@ -29,12 +32,15 @@ import yaml
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.robot import Robot
-from mobile_planning.fleet.verification import Body
-from mobile_planning.fleet.world_sim import WorldSim
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.map_io import load_map
 from mobile_planning.world.obstacles import Obstacle, PolygonObstacle, RoundObstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+# The judge's scipy would cost each robot 45 MB and a quarter of a second: it is imported where it is needed.
+if TYPE_CHECKING:
+    from mobile_planning.fleet.verification import Body
+    from mobile_planning.fleet.world_sim import WorldSim
 
 MAX_ROBOTS = 256
 
@@ -53,8 +59,12 @@ class RobotSpec:
     def __post_init__(self):
         if not isinstance(self.id, int) or isinstance(self.id, bool) or not 0 <= self.id < 2**32:
             raise InvalidInput(f'a robot id is a whole number from 0 to 4294967295, not {self.id!r}')
-        if not isinstance(self.radius, (int, float)) or not 0 < self.radius <= 100:
+        if not _is_number(self.radius) or not 0 < self.radius <= 100:
             raise InvalidInput(f'radius is {self.radius!r}, not in 0..100 m')
+        for key, size in (('start', 3), ('goal', 3), ('u_max', 2), ('a_max', 2)):
+            value = getattr(self, key)
+            if not isinstance(value, Iterable) or [_is_number(entry) for entry in value] != [True] * size:
+                raise InvalidInput(f'{key} must be {size} numbers, not {value!r}')
         self.kine_model()
 
     def kine_model(self) -> UnicycleKineModel:
@@ -115,6 +125,7 @@ class Scene:
 
     def world_sim(self) -> WorldSim:
         """Return the mission, ready to run in process."""
+        from mobile_planning.fleet.world_sim import WorldSim
         return WorldSim(self.name, [self.robot(spec.id) for spec in self.robots],
                         self.obstacles, self.boundary, self.grid)
 
@@ -124,6 +135,7 @@ class Scene:
 
     def bodies(self) -> list[Body]:
         """Return what each robot is held to when its solution is judged."""
+        from mobile_planning.fleet.verification import Body
         return [Body(spec.id, spec.radius, np.array(spec.start, float), np.array(spec.goal, float),
                      *map(float, spec.u_max), float(spec.a_max[0])) for spec in self.robots]
 
@@ -162,16 +174,22 @@ def _scene(path, content, robots):
         raise InvalidInput('the file must be a mapping')
     keys = {'name', 'map', 'boundary', 'obstacles', 'timeout', 'robots', 'scenario', 'seed'}
     _refuse_unknown(content, keys, 'the scene')
+    for key, kind, default in (('map', str, ''), ('obstacles', list, []), ('seed', int, 0)):
+        if type(content.get(key, default)) is not kind:
+            raise InvalidInput(f'{key} must be of type {kind.__name__}, not {content[key]!r}')
+    if not _is_number(content.get('timeout', 60.0)):
+        raise InvalidInput(f'timeout must be a number, not {content["timeout"]!r}')
     map_path = path.parent / content['map'] if content.get('map') else None
     grid = load_map(map_path) if map_path else None
-    boundary = _boundary(content['boundary']) if content.get('boundary') else None
-    obstacles = tuple(_obstacle(entry) for entry in content.get('obstacles') or ())
+    boundary = _boundary(content['boundary']) if 'boundary' in content else None
+    obstacles = tuple(_obstacle(entry) for entry in content.get('obstacles', ()))
     listed = content.get('robots')
     if 'scenario' in content:
-        if content['scenario'] != 'depot' or not isinstance(listed, int):
+        if content['scenario'] != 'depot' or type(listed) is not int:
             raise InvalidInput(f'scenario {content["scenario"]!r} with robots {listed!r}: '
                                'known is depot, with a number of robots')
-        specs = random_missions(Environment(boundary, obstacles, grid), robots or listed, int(content.get('seed', 0)))
+        specs = random_missions(Environment(boundary, obstacles, grid), listed if robots is None else robots,
+                                content.get('seed', 0))
     else:
         if not isinstance(listed, list):
             raise InvalidInput('robots must be a list')
@@ -181,6 +199,10 @@ def _scene(path, content, robots):
         specs = specs[:robots]
     return Scene(str(content.get('name', path.stem)), tuple(specs), obstacles, boundary, grid, map_path,
                  grid is not None, float(content.get('timeout', 60.0)))
+
+
+def _is_number(value):
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _refuse_unknown(entry, known, what):
@@ -195,9 +217,14 @@ def _boundary(entry):
 
 def _obstacle(entry):
     _refuse_unknown(entry, {'position', 'radius', 'vertices'}, 'an obstacle')
-    if 'vertices' in entry:
-        return PolygonObstacle(entry['vertices'])
-    return RoundObstacle(entry.get('position'), entry.get('radius'))
+    if set(entry) not in ({'position', 'radius'}, {'vertices'}):
+        raise InvalidInput(f'an obstacle has position and radius, or vertices, not {entry!r}')
+    try:
+        if 'vertices' in entry:
+            return PolygonObstacle(entry['vertices'])
+        return RoundObstacle(entry['position'], entry['radius'])
+    except (InvalidInput, TypeError) as error:
+        raise InvalidInput(f'obstacle {entry!r}: {error}') from None
 
 
 def _robot(entry):
@@ -220,6 +247,8 @@ def random_missions(environment: Environment, count: int, seed: int, radius: flo
     """
     if not 1 <= count <= MAX_ROBOTS:
         raise InvalidInput(f'robots is {count}, not in 1..{MAX_ROBOTS}')
+    if seed < 0:
+        raise InvalidInput(f'seed is {seed}, below 0')
     rng = np.random.default_rng(seed)
     x_min, y_min, x_max, y_max = environment.bounds
     least_trip = min(6.0, 0.4 * max(x_max - x_min, y_max - y_min))

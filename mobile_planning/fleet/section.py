@@ -75,6 +75,12 @@ def candidates(start: NDArray, heading: float, path: Polyline, limits: Limits,
     return np.stack(points, axis=1)
 
 
+def bearing(position: NDArray, path: Polyline) -> float:
+    """Return the direction [rad] in which a robot at rest at ``position`` (2,) [m] sets out along ``path``."""
+    ahead = _towards(position[None], np.zeros((1, 2)), np.zeros(1), path)[0]
+    return float(np.arctan2(ahead[1], ahead[0]))
+
+
 def remaining(points: NDArray, path: Polyline) -> NDArray[np.float64]:
     """Return how far (K, n) [m] control points (K, n, 2) are from the end of ``path`` by way of it."""
     arc, distance = path.project(points.reshape(-1, 2))

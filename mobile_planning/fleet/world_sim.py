@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -33,7 +34,7 @@ class WorldSim:
     Raises
     ------
     InvalidInput
-        Two robots have one id, or start closer than their radii allow.
+        Two robots have one id, or have starts, or goals, closer than their radii and margins allow.
     """
 
     def __init__(self, name_id: str, robots: Sequence[Robot], obstacles: Sequence[Obstacle] = (),
@@ -43,14 +44,15 @@ class WorldSim:
         self.environment = Environment(phy_boundary, obstacles, grid)
         if len(self.robots) != len(robots) or not robots:
             raise InvalidInput(f'robot ids must differ and there must be one robot: {[r.eyed for r in robots]}')
-        require_apart([body_of(robot) for robot in robots])
+        require_apart([replace(body_of(robot), radius=robot.limits.radius) for robot in robots])
 
     @property
     def solutions(self) -> dict[int, Solution]:
         """What each robot has driven, by id."""
         return {eyed: robot.sol for eyed, robot in self.robots.items()}
 
-    def run(self, seed: int = 0, loss: float = 0.0, delay: float = 0.0, timeout: float = 60.0) -> Report:
+    def run(self, seed: int = 0, loss: float = 0.0, delay: float = 0.0, timeout: float = 60.0, *,
+            start_time: float = 0.0) -> Report:
         """Drive the mission and return the report on it.
 
         Parameters
@@ -63,15 +65,24 @@ class WorldSim:
             Greatest extra time of a message on its way.
         timeout : float [s]
             Simulated time after which the mission ends as it stands.
+        start_time : float [s]
+            Of the mission, on the fleet's clock; no robot is switched on later.
+
+        Raises
+        ------
+        InvalidInput
+            A number is out of its range.
         """
+        if seed < 0 or not 0 < timeout < np.inf or not np.isfinite(start_time):
+            raise InvalidInput(f'seed {seed}, timeout {timeout} s or start time {start_time} s is out of range')
         rng, channel = np.random.default_rng(seed), Channel(loss, delay)
         ticket = count()
-        events = [(float(phase) * robot.Tc, next(ticket), robot, None)
+        events = [(start_time + float(phase) * robot.Tc, next(ticket), robot, None)
                   for robot, phase in zip(self.robots.values(), rng.random(len(self.robots)))]
         heapq.heapify(events)
         for robot in self.robots.values():
-            robot.start(list(self.robots), 0.0)
-        while events and events[0][0] <= timeout:
+            robot.start(list(self.robots), start_time)
+        while events and events[0][0] <= start_time + timeout:
             now, _, robot, message = heapq.heappop(events)
             if message is not None:
                 robot.receive(message, now)
@@ -84,7 +95,7 @@ class WorldSim:
             heapq.heappush(events, (now + robot.Tc, next(ticket), robot, None))
             if all(other.is_done for other in self.robots.values()):
                 break
-        return self.verify(start_time=0.0)
+        return self.verify(start_time)
 
     def verify(self, start_time: float) -> Report:
         """Return the report on the solutions as they stand."""

@@ -1,0 +1,35 @@
+"""Worlds and robots for the tests of the fleet."""
+import numpy as np
+
+from mobile_planning import Boundary, Robot, UnicycleKineModel, WorldSim
+
+ROOM = Boundary((0, 10), (0, 6))
+#: Start and goal pose of two robots that swap places.
+SWAP = [((1, 3, 0.0), (9, 3, 0.0)), ((9, 3, np.pi), (1, 3, np.pi))]
+
+
+def robot(eyed, start, goal, *, obstacles=(), boundary=ROOM, u_max=(1.0, 5.0), a_max=(2.0, 10.0), kind=Robot,
+          **options):
+    return kind(eyed, UnicycleKineModel(start, goal, u_max=u_max, a_max=a_max), obstacles, boundary, **options)
+
+
+def mission(robots, obstacles=(), boundary=ROOM, grid=None):
+    return WorldSim('mission', robots, obstacles, boundary, grid)
+
+
+def swap(**options):
+    """Return a mission of two robots that swap places in a room."""
+    return mission([robot(index + 1, *poses, **options) for index, poses in enumerate(SWAP)])
+
+
+def exchange(robots, until, delivers=lambda now: True, since=0.0, step=0.25):
+    """Step robots in turn, hand each message to all at once where ``delivers`` says so; yield (now, robot, said)."""
+    for cycle in range(int(round(until / step))):
+        now = since + cycle * step
+        for index, sender in enumerate(robots):
+            at = now + 0.01 * index * step
+            messages = sender.step(at)
+            for message in messages if delivers(cycle * step) else ():
+                for peer in robots:
+                    peer.receive(message, at)
+            yield at, sender, messages

@@ -1,0 +1,342 @@
+"""The judge: passes what is right and catches every kind of wrong, broken by hand."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from curves import curve, walks
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobile_planning import Boundary, Environment, OccupancyGrid, PolygonObstacle, Report, RoundObstacle, verify
+from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.verification import Body
+
+HALL = Boundary((-1, 21), (-5, 5))
+WORLD = Environment(HALL)
+TC = 0.25
+#: Steps [m] that start and stop within 2 m/s^2, and keep 1 m/s in between.
+STEPS = (0.1, 0.2, *[0.25] * 20, 0.2, 0.1)
+
+
+def body(eyed, start, goal, **limits):
+    return Body(eyed, 0.2, np.array(start, float), np.array(goal, float),
+                **{'v_max': 1.0, 'omega_max': 5.0, 'a_max': 2.0, **limits})
+
+
+def drive(start, direction, steps=STEPS, first_knot=0, rest=0, **options):
+    """Return a plan along a straight line, after ``rest`` spans at rest."""
+    along = np.cumsum([0] * (3 + rest) + list(steps) + [0, 0])
+    points = np.asarray(start, float) + along[:, None] * np.array([np.cos(direction), np.sin(direction)])
+    return Plan(first_knot, TC, points, **{'heading': direction, **options})
+
+
+def braking(old, knot, count):
+    """Return a plan that goes on with ``count`` control points of ``old`` from ``knot`` on and then brakes."""
+    given = old.control(knot, count)
+    return Plan(knot, old.step, np.vstack([given, given[-1] + [(0.2, 0), (0.3, 0), (0.3, 0), (0.3, 0)]]), 0.0)
+
+
+def judged(*runs, world=WORLD, start_time=0.0, **limits):
+    """Return the report on (eyed, start pose, goal pose, plan, plan, ...) each."""
+    bodies = [body(run[0], run[1], run[2], **limits) for run in runs]
+    solutions = {run[0]: Solution(run[0], tuple(run[3:]), True) for run in runs if len(run) > 3}
+    return verify(solutions, bodies, world, start_time)
+
+
+LENGTH = sum(STEPS)
+ALONG = (1, (0, 0, 0), (LENGTH, 0, 0), drive((0, 0), 0.0))
+
+
+def is_caught(report, *words):
+    return not report.valid and len(report.violations) > 0 and all(
+        any(word in sentence for sentence in report.violations) for word in words)
+
+
+# What is right
+
+
+def test_a_mission_that_is_right_passes_with_its_measures():
+    report = judged(ALONG, (2, (0, 1, 0), (LENGTH, 1, 0), drive((0, 1), 0.0)))
+    assert report.valid and report.violations == [] and report.arrived == report.robots == 2
+    assert report.min_separation == pytest.approx(1.0)
+    # The first robot leaves from 1 m before the left wall.
+    assert report.min_obstacle_clearance == pytest.approx(0.8)
+    assert report.mission_time == pytest.approx(ALONG[3].end_knot * TC)
+    assert report.closest['robots'] == [1, 2]
+    assert np.linalg.norm(np.subtract(*report.closest['places'])) == pytest.approx(1.0)
+
+
+def test_one_robot_is_infinitely_far_from_the_others():
+    report = judged(ALONG)
+    assert report.valid and report.min_separation == np.inf and report.closest is None
+    assert report.as_dict()['min_separation'] is None
+
+
+def test_a_turn_in_place_before_and_after_the_drive_passes():
+    plan = drive((0, 0), 0.0, rest=2, heading=2.0)
+    stay = Plan(plan.end_knot, TC, np.tile(plan.end, (6, 1)), 0.0, -2.0)
+    assert judged((1, (0, 0, 2.0), (LENGTH, 0, -2.0), plan, stay)).valid
+
+
+def test_a_change_of_plan_on_the_way_passes():
+    old = drive((0, 0), 0.0)
+    new = braking(old, 6, 8)
+    report = judged((1, (0, 0, 0), (*new.end, 0), old, new))
+    assert report.valid, report.violations
+    assert report.mission_time == pytest.approx(new.end_knot * TC)
+
+
+def test_a_robot_that_has_nothing_to_do_passes():
+    assert judged((1, (0, 0, 1.0), (0, 0, 1.0), Plan.at_rest(0, TC, (0, 0, 1.0)))).valid
+
+
+@pytest.mark.parametrize('step', [0.25, 0.1, 1 / 3])
+def test_a_mission_in_seconds_since_1970_is_judged_like_one_at_zero(step):
+    first_knot = int(1.8e9 / step)
+    # Changes of plan while the acceleration changes, at knots whose times are rounded.
+    plans = [drive((0, 0), 0.0, rest=3, heading=1.0)]
+    plans += [Plan(knot, TC, plans[0].control(knot, 40), 0.0) for knot in (5, 6, 7)]
+    plans = [Plan(first_knot + plan.first_knot, step, plan.points, plan.heading) for plan in plans]
+    limits = {'v_max': 3.0, 'a_max': 20.0, 'omega_max': 20.0}
+    report = judged((1, (0, 0, 1.0), (*plans[-1].end, 0.0), *plans), start_time=first_knot * step, **limits)
+    assert report.valid, report.violations
+    assert report.mission_time == pytest.approx((plans[-1].end_knot - first_knot) * step, abs=1e-6)
+
+
+@settings(max_examples=60)
+@given(walks(6), walks(6), st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
+def test_separation_and_clearance_are_those_of_dense_samples(one, two, shift):
+    obstacle = RoundObstacle((1.0, 1.0), 0.3)
+    two = two + shift
+    plans = [Plan(0, TC, one), Plan(3, TC, two)]
+    report = judged(*((i, (*plan.points[0], 0), (*plan.end, 0), plan) for i, plan in enumerate(plans)),
+                    world=Environment(HALL, [obstacle]))
+    t = np.linspace(0, 15 * TC, 20001)
+    places = [curve(plan.points, TC, plan.first_knot)(np.clip(t, plan.first_knot * TC, plan.end_knot * TC))
+              for plan in plans]
+    assert report.min_separation == pytest.approx(np.linalg.norm(places[0] - places[1], axis=1).min(), abs=2e-3)
+    clearance = min(np.linalg.norm(place - (1, 1), axis=1).min() for place in places) - 0.5
+    to_wall = min(0.8 + place[:, 0].min() for place in places)
+    assert report.min_obstacle_clearance == pytest.approx(min(clearance, to_wall), abs=2e-3)
+
+
+# What is wrong between robots
+
+
+def test_an_overlap_of_two_robots_is_caught():
+    report = judged(ALONG, (2, (LENGTH, 0.3, np.pi), (0, 0.3, np.pi), drive((LENGTH, 0.3), np.pi)))
+    assert is_caught(report, 'robots 1 and 2')
+    assert report.min_separation == pytest.approx(0.3, abs=1e-3)
+
+
+def test_an_overlap_with_a_robot_that_never_answered_is_caught():
+    assert is_caught(judged(ALONG, (2, (3, 0.1, 0), (3, 4, 0))), 'robots 1 and 2')
+
+
+@pytest.mark.parametrize('shift', np.arange(0, 0.02, 0.0025))
+def test_an_overlap_between_two_samples_is_caught(shift):
+    # Apart at every sample of 5 ms; for less than 3 ms the bodies overlap by a hundredth of a millimetre.
+    passing = 0.4 - 1e-5
+    report = judged(ALONG, (2, (LENGTH + shift, passing, np.pi), (shift, passing, np.pi),
+                            drive((LENGTH + shift, passing), np.pi)))
+    assert is_caught(report, 'robots 1 and 2')
+
+
+def test_a_near_miss_is_none():
+    passing = 0.4 + 1e-5
+    report = judged(ALONG, (2, (LENGTH, passing, np.pi), (0, passing, np.pi), drive((LENGTH, passing), np.pi)))
+    assert report.valid and report.min_separation == pytest.approx(passing, abs=1e-7)
+
+
+def test_a_robot_that_stands_in_the_way_after_its_arrival_is_caught():
+    short = drive((3, -2), np.pi / 2, (0.1, 0.2, *[0.25] * 5, 0.2, 0.1))
+    report = judged(ALONG, (2, (3, -2, np.pi / 2), (*short.end, np.pi / 2), short), v_max=1.0)
+    assert is_caught(report, 'robots 1 and 2')
+
+
+# What is wrong with the world
+
+
+@pytest.mark.parametrize('obstacle', [
+    RoundObstacle((3, 0.5), 0.31), RoundObstacle((3, 0), 0.01), PolygonObstacle([(3, -0.19), (4, -0.19), (3.5, -1)]),
+    PolygonObstacle([(2, -1), (4, -1), (4, 1), (2, 1)])])
+def test_an_obstacle_that_is_hit_is_caught(obstacle):
+    assert is_caught(judged(ALONG, world=Environment(HALL, [obstacle])), 'static world')
+
+
+def test_an_obstacle_touched_between_two_samples_is_caught():
+    # The tip of a needle, 10 um deep in the body's edge for some milliseconds.
+    for tip in np.arange(3.0, 3.005, 0.0007):
+        needle = PolygonObstacle([(tip, 0.2 - 1e-5), (tip - 0.01, 1), (tip + 0.01, 1)])
+        assert is_caught(judged(ALONG, world=Environment(HALL, [needle])), 'static world')
+
+
+@pytest.mark.parametrize('boundary', [Boundary((-0.1, 21), (-5, 5)), Boundary((-1, 5.7), (-5, 5)),
+                                      Boundary((-1, 21), (-5, 0.19)), Boundary((10, 21), (-5, 5))])
+def test_a_drive_out_of_the_boundary_is_caught(boundary):
+    assert is_caught(judged(ALONG, world=Environment(boundary)), 'static world')
+
+
+@pytest.mark.parametrize('yaw', [0.0, 0.4])
+@pytest.mark.parametrize('cell, is_hit', [((30, 20), True), ((30, 23), True), ((30, 24), False), ((70, 20), False)])
+def test_an_occupied_cell_that_is_hit_is_caught(cell, is_hit, yaw):
+    # The drive is along the middle of row 20; its body reaches 0.15 m into the rows above and below.
+    data = np.zeros((41, 80), int)
+    data[cell[1], cell[0]] = 100
+    grid = OccupancyGrid(data, 0.1, (2.0, 1.0, yaw))
+    (start, towards) = grid.cell_to_world([(5, 20), (65, 20)])
+    heading = np.arctan2(*(towards - start)[::-1])
+    plan = drive(start, heading, (0.1, 0.2, *[0.25] * 16, 0.2, 0.1))
+    # A hair nearer to the cell of row 23, whose edge is 0.25 m away; to that of row 22 the bodies touch.
+    report = judged((1, (*start, heading), (*plan.end, heading), plan), world=Environment(grid=grid))
+    expected = is_hit if cell[1] != 23 else False
+    assert is_caught(report, 'static world') == expected and report.valid != expected
+
+
+def test_the_clearance_to_occupied_cells_is_that_to_their_squares():
+    rng = np.random.default_rng(3)
+    data = np.where(rng.random((40, 60)) < 0.03, 100, 0)
+    data[15:25, 5:55] = 0
+    grid = OccupancyGrid(data, 0.1)
+    plan = drive((1.0, 2.0), 0.0, (0.1, 0.2, *[0.25] * 12, 0.2, 0.1))
+    report = judged((1, (1, 2, 0), (*plan.end, 0), plan), world=Environment(grid=grid))
+    places = plan.states(np.linspace(0, plan.end_knot * TC, 5001))[:, :2]
+    low = np.argwhere(data == 100)[:, ::-1] * 0.1
+    gap = np.maximum(np.maximum(low - places[:, None], places[:, None] - low - 0.1), 0)
+    least = min(np.linalg.norm(gap, axis=-1).min(), 1.0)
+    assert report.min_obstacle_clearance == pytest.approx(least - 0.2, abs=1e-4)
+
+
+def test_cells_on_an_arc_around_the_robot_are_all_looked_at():
+    # More squares than a dozen lie as near as the nearest centre; the nearest square is none of the nearest centres.
+    y, x = np.indices((101, 101)) - 50
+    ring = (np.hypot(x, y) > 40) & (np.hypot(x, y) < 44)
+    grid = OccupancyGrid(np.where(ring, 100, 0), 0.1)
+    centre = np.array([5.05, 5.05])
+    report = judged((1, (*centre, 0), (*centre, 0), Plan.at_rest(0, TC, (*centre, 0))), world=Environment(grid=grid))
+    low = np.argwhere(ring)[:, ::-1] * 0.1
+    gap = np.maximum(np.maximum(low - centre, centre - low - 0.1), 0)
+    assert report.min_obstacle_clearance == pytest.approx(np.linalg.norm(gap, axis=1).min() - 0.2, abs=1e-9)
+
+
+def test_a_drive_out_of_the_map_is_caught():
+    grid = OccupancyGrid(np.zeros((40, 40), int), 0.1, (-1.0, -2.0, 0.0))
+    assert is_caught(judged(ALONG, world=Environment(grid=grid)), 'static world')
+
+
+# What is wrong with the motion
+
+
+def test_a_speed_beyond_the_limit_is_caught():
+    plan = drive((0, 0), 0.0, (0.1, 0.2, *[0.2501] * 20, 0.2, 0.1))
+    assert is_caught(judged((1, (0, 0, 0), (*plan.end, 0), plan)), 'speed')
+
+
+def test_an_acceleration_beyond_the_limit_is_caught():
+    plan = drive((0, 0), 0.0, (0.126, 0.25, *[0.25] * 20, 0.2, 0.1))
+    report = judged((1, (0, 0, 0), (*plan.end, 0), plan))
+    assert is_caught(report, 'acceleration') and len(report.violations) == 1
+
+
+def bend(angle, steps=(0.05,) * 10):
+    """Return a plan that drives on at ``angle`` to its first direction."""
+    first = np.cumsum([0, 0, 0, *steps])[:, None] * np.array([1.0, 0.0])
+    second = first[-1] + np.cumsum([*steps, 0, 0])[:, None] * np.array([np.cos(angle), np.sin(angle)])
+    return Plan(0, TC, np.vstack([first, second]), 0.0)
+
+
+@pytest.mark.parametrize('angle', [1.0, 2.0, -3.0, 3.14159])
+def test_a_turn_rate_beyond_the_limit_is_caught(angle):
+    plan = bend(angle)
+    assert is_caught(judged((1, (0, 0, 0), (*plan.end, angle), plan), omega_max=1.0), 'turn rate')
+    if abs(angle) == 1.0:
+        assert judged((1, (0, 0, 0), (*plan.end, angle), plan)).valid
+
+
+def test_turning_back_on_the_spot_is_caught():
+    plan = bend(np.pi)
+    assert is_caught(judged((1, (0, 0, 0), (*plan.end, np.pi), plan)), 'turn rate')
+
+
+def test_a_corner_at_a_halt_without_time_to_turn_is_caught():
+    first, second = (np.cumsum([0, 0, 0.1, 0.1, 0, 0]),) * 2
+    points = np.vstack([first[:, None] * (1.0, 0.0), (first[-1], 0) + second[2:, None] * (0.0, 1.0)])
+    plan = Plan(0, TC, np.vstack([points[:1], points]), 0.0)
+    assert is_caught(judged((1, (0, 0, 0), (*plan.end, np.pi / 2), plan)), 'turn rate')
+
+
+@pytest.mark.parametrize('rest, turn, is_fast', [(1, 1.3, True), (1, 1.2, False), (2, -2.6, True), (2, -2.4, False)])
+def test_a_turn_in_place_beyond_the_limit_is_caught(rest, turn, is_fast):
+    before = drive((0, 0), 0.0, rest=rest, heading=turn)
+    assert is_caught(judged((1, (0, 0, turn), (LENGTH, 0, 0), before)), 'in place') == is_fast
+    after = drive((0, 0), 0.0, (*STEPS, *[0] * rest), final_heading=turn)
+    assert is_caught(judged((1, (0, 0, 0), (LENGTH, 0, turn), after)), 'in place') == is_fast
+    still = Plan(0, TC, np.zeros((3 + rest, 2)), 0.0, turn)
+    assert is_caught(judged((1, (0, 0, 0), (0, 0, turn), still)), 'in place') == is_fast
+
+
+def shifted(order):
+    """Return two plans, of which the second goes on with a jump of the first derivative ``order`` of the position."""
+    old = drive((0, 0), 0.0)
+    start = old.control(8, 3) + {0: [(0, 1e-4)] * 3, 1: [(-1e-4, 0), (0, 0), (1e-4, 0)],
+                                 2: [(1e-4, 0), (-5e-5, 0), (1e-4, 0)]}[order]
+    points = np.vstack([start, start[-1] + [(0.25, 0), (0.45, 0), (0.55, 0), (0.55, 0), (0.55, 0)]])
+    return old, Plan(8, TC, points, 0.0)
+
+
+@pytest.mark.parametrize('order, what', list(enumerate(['position', 'velocity', 'acceleration'])))
+def test_a_jump_at_a_change_of_plan_is_caught(order, what):
+    plans = shifted(order)
+    assert is_caught(judged((1, (0, 0, 0), (*plans[1].end, 0), *plans), a_max=3.0), f'{what} jumps')
+
+
+def test_a_jump_of_the_heading_at_rest_is_caught():
+    stay, go = Plan.at_rest(0, TC, (0, 0, 1.0)), drive((0, 0), 0.0, first_knot=4)
+    assert is_caught(judged((1, (0, 0, 1.0), (LENGTH, 0, 0), stay, go)), 'heading jumps')
+    turned = drive((0, 0), 0.0, first_knot=4, rest=3, heading=0.5)
+    assert is_caught(judged((1, (0, 0, 1.0), (LENGTH, 0, 0), stay, turned)), 'heading jumps')
+    assert judged((1, (0, 0, 1.0), (LENGTH, 0, 0), stay, replace(turned, heading=1.0))).valid
+
+
+def test_plans_out_of_order_are_caught():
+    late, early = Plan.at_rest(9, TC, (0, 0, 0)), drive((0, 0), 0.0)
+    assert is_caught(judged((1, (0, 0, 0), (LENGTH, 0, 0), late, early)), 'predecessor')
+
+
+# What is wrong with the mission
+
+
+def test_a_wrong_start_is_caught():
+    assert is_caught(judged((1, (0, 0.001, 0), (LENGTH, 0, 0), ALONG[3])), 'not at its start')
+    assert is_caught(judged((1, (0, 0, 0.01), (LENGTH, 0, 0), ALONG[3])), 'begins with the heading')
+
+
+@pytest.mark.parametrize('goal', [(LENGTH + 0.06, 0, 0), (LENGTH, 0, 0.06), (LENGTH, 0, np.pi), (0, 0, 0)])
+def test_a_robot_that_is_not_at_its_goal_has_not_arrived(goal):
+    report = judged((1, (0, 0, 0), goal, ALONG[3]))
+    assert not report.valid and report.arrived == 0 and report.violations == [] and report.mission_time == 0
+
+
+def test_a_goal_that_was_only_passed_is_not_reached():
+    assert not judged((1, (0, 0, 0), (LENGTH / 2, 0, 0), ALONG[3])).valid
+
+
+def test_a_robot_without_a_solution_has_not_arrived():
+    report = judged(ALONG, (2, (0, 2, 0), (5, 2, 0)))
+    assert not report.valid and (report.arrived, report.robots) == (1, 2) and report.violations == []
+    assert report.min_separation == pytest.approx(2.0)
+
+
+def test_a_detour_by_a_superseded_plan_does_not_delay_the_arrival():
+    old = drive((0, 0), 0.0)
+    new = braking(old, 4, 3)
+    report = judged((1, (0, 0, 0), (*new.end, 0), old, new))
+    assert report.valid and report.mission_time == pytest.approx(new.end_knot * TC)
+
+
+def test_the_table_says_it_all():
+    report = judged(ALONG, (2, (3, 0.1, 0), (3, 4, 0)))
+    table = report.table()
+    assert 'NO' in table and '1 of 2' in table and report.violations[0] in table
+    assert isinstance(report, Report) and 'yes' in judged(ALONG).table()

@@ -1,0 +1,233 @@
+"""Whole missions in logical time: repeatable, valid on any network, and safe whatever a robot fails to do."""
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from missions import ROOM, SWAP, exchange, mission, robot, swap
+from mobile_planning import Boundary, InvalidInput, Robot, RoundObstacle, UnicycleKineModel, WorldSim
+from mobile_planning.fleet.scenarios import load_scene
+
+SCENES = sorted((Path(__file__).parents[2] / 'config' / 'fleets').glob('*.yaml'))
+CORNERS = [((1, 1, 0.8), (9, 5, 0.5)), ((9, 5, -2.4), (1, 1, -2.4)), ((9, 1, 2.4), (1, 5, 2.4)),
+           ((1, 5, -0.8), (9, 1, -0.8))]
+
+
+def nearest(solutions, radii):
+    """Return the least room [m] between any two bodies, by dense samples of the solutions alone."""
+    end = max(solution.end for solution in solutions.values())
+    t = np.linspace(0, end, int(end * 500) + 1)
+    places = {eyed: solution.states(t)[:, :2] for eyed, solution in solutions.items()}
+    return min(np.linalg.norm(places[a] - places[b], axis=1).min() - radii[a] - radii[b]
+               for a in places for b in places if a < b)
+
+
+# The same to the byte
+
+
+def bytes_of(simulation, report):
+    plans = [(plan.first_knot, plan.points.tobytes(), plan.heading) for solution in simulation.solutions.values()
+             for plan in solution.plans]
+    return json.dumps(report.as_dict()), plans
+
+
+def run_swap(**channel):
+    simulation = swap()
+    return bytes_of(simulation, simulation.run(**channel))
+
+
+def test_one_seed_gives_one_mission_to_the_byte():
+    assert run_swap(seed=5, loss=0.2, delay=0.2) == run_swap(seed=5, loss=0.2, delay=0.2)
+
+
+def test_another_seed_gives_another_mission():
+    assert run_swap(seed=5, loss=0.2, delay=0.2) != run_swap(seed=6, loss=0.2, delay=0.2)
+
+
+# Scenes and networks
+
+
+@pytest.mark.parametrize('path', SCENES, ids=lambda path: path.stem)
+def test_the_scenes_are_valid(path):
+    scene = load_scene(path)
+    report = scene.world_sim().run(timeout=scene.timeout)
+    assert report.valid, report.table()
+    assert report.arrived == report.robots == len(scene.robots) and report.mission_time < scene.timeout
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_robots_swap_places_on_a_network_that_loses_and_delays(seed):
+    simulation = swap()
+    report = simulation.run(seed, loss=0.3, delay=0.3)
+    assert report.valid, report.table()
+    assert nearest(simulation.solutions, {1: 0.2, 2: 0.2}) >= 0
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_four_robots_meet_on_a_network_that_loses_and_delays(seed):
+    pillar = [RoundObstacle((5, 3), 0.4)]
+    simulation = mission([robot(index + 1, *poses, obstacles=pillar) for index, poses in enumerate(CORNERS)], pillar)
+    report = simulation.run(seed, loss=0.3, delay=0.3)
+    assert report.violations == [] and report.arrived == 4, report.table()
+    assert nearest(simulation.solutions, dict.fromkeys(range(1, 5), 0.2)) >= 0
+
+
+def test_on_a_network_that_loses_everything_nobody_moves():
+    report = swap().run(loss=1.0, timeout=10.0)
+    assert not report.valid and report.arrived == 0 and report.violations == []
+    assert report.min_separation == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_with_delays_of_a_second_robots_are_slow_and_safe(seed):
+    simulation = swap()
+    report = simulation.run(seed, loss=0.1, delay=1.0, timeout=40.0)
+    assert report.violations == [] and nearest(simulation.solutions, {1: 0.2, 2: 0.2}) >= 0
+
+
+def test_robots_of_different_sizes_and_limits_pass_each_other():
+    simulation = mission([robot(1, *SWAP[0], rho=0.5, u_max=(0.5, 1.0), a_max=(0.5, 5.0)),
+                          robot(2, *SWAP[1], rho=0.1, u_max=(1.5, 5.0), a_max=(3.0, 10.0), margin=0.02)])
+    report = simulation.run(timeout=90.0)
+    assert report.valid, report.table()
+    assert report.min_separation >= 0.6 and nearest(simulation.solutions, {1: 0.5, 2: 0.1}) >= 0
+
+
+def test_a_robot_alone_needs_no_network():
+    report = mission([robot(1, *SWAP[0])]).run(loss=1.0)
+    assert report.valid and report.min_separation == np.inf
+
+
+def test_without_messages_in_time_plans_start_later():
+    # Everything takes longer than the first proposals look ahead; they learn to look further.
+    report = swap().run(delay=0.6, timeout=60.0)
+    assert report.violations == [] and report.arrived == 2, report.table()
+
+
+@pytest.mark.parametrize('since', [1.8e9, 123456.75])
+def test_a_mission_in_seconds_since_1970_is_the_same_mission(since):
+    early, late = swap(), swap(start_time=since)
+    reports = early.run(3, delay=0.1), late.run(3, delay=0.1, start_time=since)
+    assert all(report.valid for report in reports)
+    assert reports[0].mission_time == pytest.approx(reports[1].mission_time, abs=1e-6)
+    assert reports[0].min_separation == pytest.approx(reports[1].min_separation, abs=1e-6)
+    for eyed, solution in early.solutions.items():
+        assert all((before.points == after.points).all()
+                   for before, after in zip(solution.plans, late.solutions[eyed].plans))
+
+
+@pytest.mark.parametrize('Tc', [0.1, 0.3])
+def test_knots_that_are_no_round_numbers_do_no_harm_since_1970(Tc):
+    report = swap(start_time=1.8e9, Tc=Tc).run(1, loss=0.1, delay=0.1, start_time=1.8e9 + 0.123)
+    assert report.valid, report.table()
+
+
+# What goes wrong
+
+
+class Silent(Robot):
+    """Switched on, deaf and mute."""
+
+    def step(self, now):
+        return []
+
+    def receive(self, message, now):
+        return False
+
+
+class Dying(Robot):
+    """Drives its plan in force to the end, and says and hears nothing more from 4 s on."""
+
+    def step(self, now):
+        return super().step(now) if now < 4.0 else []
+
+    def receive(self, message, now):
+        return super().receive(message, now) if now < 4.0 else False
+
+
+class Mute(Robot):
+    """Hears everything, and nobody hears it."""
+
+    def step(self, now):
+        super().step(now)
+        return []
+
+
+@pytest.mark.parametrize('kind', [Silent, Dying, Mute])
+@pytest.mark.parametrize('seed', range(3))
+def test_a_robot_that_falls_silent_harms_nobody(kind, seed):
+    robots = [robot(1, *SWAP[0], kind=kind), robot(2, *SWAP[1]), robot(3, (5, 1, 1.5), (5, 5, 1.5))]
+    simulation = mission(robots)
+    report = simulation.run(seed, loss=0.2, delay=0.2, timeout=15.0)
+    assert report.violations == [] and not report.valid
+    assert nearest(simulation.solutions, dict.fromkeys((1, 2, 3), 0.2)) >= 0
+
+
+def test_a_robot_restarted_during_the_mission_stays_and_the_others_stay_clear_of_its_plan():
+    robots = [robot(1, *SWAP[0]), robot(2, *SWAP[1])]
+    for agent in robots:
+        agent.start([1, 2], 0.0)
+    for now, _, _ in exchange(robots, 5.0):
+        pass
+    alive, killed = robots
+    before = killed.plan
+    # Its successor knows nothing, numbers its proposals anew, and even believes to be at the first start.
+    again = robot(2, *SWAP[1], epoch=1, start_time=5.0)
+    again.start([1, 2], 0.0)
+    for _ in exchange([alive, again], 8.0, since=5.0):
+        pass
+    assert len(again.sol.plans) == 1
+    t = np.linspace(5.0, 13.0, 801)
+    assert np.linalg.norm(alive.sol.states(t)[:, :2] - before.states(t)[:, :2], axis=1).min() >= 0.4
+
+
+def test_a_stopped_fleet_comes_to_rest_without_a_violation():
+    simulation = swap()
+    robots = list(simulation.robots.values())
+    for agent in robots:
+        agent.start([1, 2], 0.0)
+    for now, agent, _ in exchange(robots, 12.0):
+        if now > 4.0 and agent.mode.name == 'DRIVING':
+            agent.stop()
+    report = simulation.verify(0.0)
+    assert report.violations == [] and not report.valid and report.arrived == 0
+
+
+# What is refused
+
+
+@pytest.mark.parametrize('poses', [
+    [((1, 3, 0), (9, 3, 0)), ((1.3, 3, 0), (9, 1, 0))], [((1, 3, 0), (9, 3, 0)), ((1, 1, 0), (9, 3.2, 0))],
+    [((1, 3, 0), (9, 3, 0)), ((1, 3, 0), (9, 1, 0))], [((1, 3, 0), (9, 3, 0)), ((1.405, 3, 0), (9, 1, 0))]])
+def test_robots_that_overlap_at_their_starts_or_goals_are_refused(poses):
+    with pytest.raises(InvalidInput, match='robots 1 and 2 overlap'):
+        mission([robot(index + 1, *pose) for index, pose in enumerate(poses)])
+
+
+def test_two_robots_with_one_id_and_no_robots_at_all_are_refused():
+    with pytest.raises(InvalidInput, match='ids must differ'):
+        mission([robot(1, *SWAP[0]), robot(1, *SWAP[1])])
+    with pytest.raises(InvalidInput, match='one robot'):
+        mission([])
+
+
+@pytest.mark.parametrize('options', [{'seed': -1}, {'timeout': 0.0}, {'timeout': np.nan}, {'timeout': np.inf},
+                                     {'start_time': np.nan}, {'loss': 2.0}, {'delay': -1.0}])
+def test_a_number_out_of_its_range_is_refused(options):
+    with pytest.raises(InvalidInput):
+        swap().run(**options)
+
+
+def test_the_mission_ends_at_its_timeout():
+    report = swap().run(timeout=3.0)
+    assert not report.valid and report.arrived == 0 and report.violations == []
+
+
+def test_the_seed_s_call_is_understood():
+    boundary = Boundary((0.0, 10.0), (0.0, 6.0))
+    obstacles = [RoundObstacle((5.0, 3.0), 0.3)]
+    robots = [Robot(i, UnicycleKineModel(*SWAP[i]), obstacles, boundary, [1 - i], Tc=0.5, Tp=4.0) for i in range(2)]
+    simulation = WorldSim('swap', robots, obstacles, boundary)
+    report = simulation.run()
+    assert report.valid and report.name == 'swap' and set(simulation.solutions) == {0, 1}
+    assert simulation.environment.bounds == (ROOM.x_min, ROOM.y_min, ROOM.x_max, ROOM.y_max)
