@@ -1,0 +1,209 @@
+"""Mission: who drives, from when, when it is over and what it came to; the world sim's side of it.
+
+No ROS, no clock: times are passed in. ``now`` [s] is a clock that nobody sets, for waiting; ``time`` [s] is the common
+clock of the robots, on which the mission starts.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.message import Mode, RobotMsg
+from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.verification import Body, Report, verify
+from mobile_planning.world.environment import Environment
+
+#: The mission starts this long after its announcement [s]; solutions are waited for so long after its end [s].
+LEAD, PATIENCE = 0.5, 3.0
+#: A robot is silent when its newest message is older than so many of its cycles, and than this [s].
+_CYCLES, _SILENT = 4, 2.0
+#: A plan may reach so far beyond the timeout [s].
+_LONGEST_PLAN = 100.0
+
+
+class Mission:
+    """Gathers the robots, starts them together, collects what they drove, and knows when it is over.
+
+    Parameters
+    ----------
+    name : str
+    robot_ids : sequence of int
+    timeout : float [s]
+        The mission ends so long after its start at the latest.
+    discovery_timeout : float [s]
+        It fails when the robots are not ready so long after the start was wanted.
+    autostart : bool
+        The start is wanted from the beginning; else from `start` on.
+    now : float [s]
+
+    Attributes
+    ----------
+    state : State
+    start_time : float [s]
+        On the common clock; 0 before the mission is started.
+    why : str
+        Why it ended; empty before.
+    solutions : dict of int to Solution
+    """
+
+    def __init__(self, name: str, robot_ids: Sequence[int], timeout: float, discovery_timeout: float = 60.0, *,
+                 autostart: bool = True, now: float = 0.0):
+        self.name, self.robot_ids = str(name), tuple(robot_ids)
+        self.state, self.start_time, self.why = State.WAITING, 0.0, ''
+        self.solutions: dict[int, Solution] = {}
+        self._timeout, self._discovery_timeout = timeout, discovery_timeout
+        self._wanted_since = now if autostart else None
+        self._ended: float | None = None
+        self._heard: dict[int, tuple[RobotMsg, float]] = {}
+        self._epochs: dict[int, int] = {}
+
+    @property
+    def announcement(self) -> Announcement:
+        """What the robots are to be told."""
+        return Announcement(self.name, self.state, self.robot_ids, self.start_time)
+
+    @property
+    def heard(self) -> dict[int, RobotMsg]:
+        """The newest message of each robot."""
+        return {robot_id: message for robot_id, (message, _) in self._heard.items()}
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all robots say that they are at their goals."""
+        return all(robot_id in self.solutions and self.solutions[robot_id].done for robot_id in self.robot_ids)
+
+    # What goes in
+
+    def hear(self, message: RobotMsg, now: float) -> None:
+        """Take in what a robot says; a robot that was restarted on its way ends the mission."""
+        if message.robot_id not in self.robot_ids:
+            return
+        known = self.heard.get(message.robot_id)
+        if known is not None and (message.boot_epoch, message.sequence) <= (known.boot_epoch, known.sequence):
+            return
+        self._heard[message.robot_id] = message, now
+        if self.state is State.STARTED and message.boot_epoch != self._epochs[message.robot_id]:
+            self._end(f'robot {message.robot_id} was started anew, and nobody knows where it is', now)
+
+    def collect(self, solution: Solution, epoch: int) -> None:
+        """Take in what a robot has driven; what it drove in another mission is passed over.
+
+        Raises
+        ------
+        InvalidInput
+            The robot moved before the start, or moves long after the end of the mission.
+        """
+        if self._epochs.get(solution.eyed) != epoch:
+            return
+        latest = self.start_time + self._timeout + _LONGEST_PLAN
+        if solution.end > latest:
+            raise InvalidInput(f'robot {solution.eyed} says that it drives until {solution.end:.1f} s, '
+                               f'the mission ends before {latest:.1f} s')
+        self.solutions[solution.eyed] = self._since_start(solution)
+
+    def start(self, now: float) -> None:
+        """Want the start, which comes when every robot hears every other.
+
+        Raises
+        ------
+        InvalidInput
+            The mission has started, or is over.
+        """
+        if self.state is not State.WAITING or self.why:
+            raise InvalidInput(f'mission {self.name} has been started already')
+        self._wanted_since = now
+
+    def stop(self, why: str, now: float) -> None:
+        """End the mission.
+
+        Raises
+        ------
+        InvalidInput
+            The mission is over.
+        """
+        if self.why:
+            raise InvalidInput(f'mission {self.name} is over: {self.why}')
+        self._end(why, now)
+
+    def step(self, now: float, time: float) -> None:
+        """Start the mission or end it, if it is time to."""
+        if self.why:
+            return
+        if self.state is State.WAITING:
+            self._gather(now, time)
+        elif self.is_complete:
+            self._end('all robots are at their goals', now)
+        elif time > self.start_time + self._timeout:
+            self._end(f'it was not finished within {self._timeout:g} s', now)
+
+    # What can be asked
+
+    def is_over(self, now: float) -> bool:
+        """Whether the mission has ended, and no solution is worth waiting for any more."""
+        return self._ended is not None and (
+            not self._epochs or len(self.solutions) == len(self.robot_ids) or now > self._ended + PATIENCE)
+
+    def silent(self, now: float) -> list[int]:
+        """Return the robots that are not heard, or not any more."""
+        return [robot_id for robot_id in self.robot_ids if not self._is_fresh(robot_id, now)]
+
+    def lack(self, now: float) -> str:
+        """Return what keeps the mission from starting, empty for nothing."""
+        silent, heard = self.silent(now), self.heard
+        if silent:
+            return f'robots {silent} are not there'
+        busy = [robot_id for robot_id in self.robot_ids if heard[robot_id].mode is not Mode.WAITING]
+        if busy:
+            return f'robots {busy} have had their mission: a robot that is started anew takes part in another'
+        for robot_id in self.robot_ids:
+            links = heard[robot_id].links
+            deaf = [peer for peer in self.robot_ids if peer != robot_id
+                    and (peer not in links or links[peer].epoch != heard[peer].boot_epoch)]
+            if deaf:
+                return f'robot {robot_id} does not hear robots {deaf}'
+        return ''
+
+    def report(self, bodies: Sequence[Body], environment: Environment) -> Report:
+        """Return what the mission came to; why it ended is a violation too, unless it is complete."""
+        report = verify(self.solutions, list(bodies), environment, self.start_time, self.name)
+        if self.is_complete:
+            return report
+        return replace(report, valid=False, violations=[*report.violations, f'the mission ended: {self.why}'])
+
+    # How it works
+
+    def _is_fresh(self, robot_id, now):
+        if robot_id not in self._heard:
+            return False
+        message, when = self._heard[robot_id]
+        return now - when <= max(_CYCLES * message.plan.step, _SILENT)
+
+    def _gather(self, now, time):
+        if self._wanted_since is None:
+            return
+        lack = self.lack(now)
+        if not lack:
+            self.state, self.start_time = State.STARTED, time + LEAD
+            self._epochs = {robot_id: message.boot_epoch for robot_id, message in self.heard.items()}
+        elif now > self._wanted_since + self._discovery_timeout:
+            # It never was these robots' mission: nobody is told to stop.
+            self.why, self._ended = f'after {self._discovery_timeout:g} s {lack}', now
+
+    def _since_start(self, solution):
+        """Return the solution without what came before the start: the robot may have stood and waited for days."""
+        first, *later = solution.plans
+        knot = int(np.floor(self.start_time / first.step))
+        if first.first_knot >= knot:
+            return solution
+        if first.end_knot > knot or any(plan.first_knot < knot for plan in later):
+            raise InvalidInput(f'robot {solution.eyed} says that it moved before the mission started')
+        heading = first.state(knot * first.step)[2]
+        return replace(solution, plans=(Plan.at_rest(knot, first.step, (*first.end, heading)), *later))
+
+    def _end(self, why, now):
+        self.state, self.why, self._ended = State.STOPPED, why, now

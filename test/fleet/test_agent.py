@@ -1,0 +1,174 @@
+"""A robot and its part in a mission, whatever comes first."""
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+from mobile_planning.errors import InvalidInput, StartOccupied
+from mobile_planning.fleet.agent import Agent
+from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.scenarios import RobotSpec, Scene
+from mobile_planning.world.environment import Boundary
+from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+FREE = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1)
+WALL = OccupancyGrid(np.full((40, 40), 100, np.int8), 0.1)
+WAITING, STARTED, STOPPED = (Announcement('m', state, (1, 2), 1.0) for state in State)
+
+
+def scene(on_map=True):
+    """Return two robots that pass each other."""
+    specs = RobotSpec(1, (1, 1, 0), (2, 1, 0)), RobotSpec(2, (2, 3, 0), (1, 3, 0))
+    return Scene('m', specs, boundary=None if on_map else Boundary((0, 4), (0, 4)), on_map=on_map)
+
+
+def agent(robot_id=1, on_map=True, epoch=5):
+    """Return an agent switched on at 0 s."""
+    return Agent(scene(on_map), robot_id, epoch, 0.0)
+
+
+def drive(agents, begin, end):
+    """Let the agents talk for a while, in logical time [s]."""
+    for now in np.arange(begin, end, 0.25):
+        for sender in agents:
+            for message in sender.step(now):
+                for agent in agents:
+                    agent.receive(message, now)
+
+
+def test_without_a_map_in_its_scene_it_exists_at_once():
+    assert agent(on_map=False).robot is not None and agent(on_map=False).trouble == ''
+
+
+def test_on_a_map_it_waits_for_it_and_is_silent():
+    waiting = agent()
+    assert waiting.robot is None and 'map' in waiting.trouble and waiting.step(0.0) == []
+    waiting.take_map(FREE, 0.0)
+    assert waiting.trouble == '' and len(waiting.step(0.0)) == 1
+
+
+@pytest.mark.parametrize('order', list(permutations(['map', 'waiting', 'started'])))
+def test_the_order_of_map_and_mission_does_not_matter(order):
+    agents = agent(1), agent(2)
+    if order.index('waiting') > order.index('started'):
+        order = [what for what in order if what != 'waiting']
+    for what in order:
+        for one in agents:
+            one.take_map(FREE, 0.0) if what == 'map' else one.follow({'waiting': WAITING, 'started': STARTED}[what])
+    drive(agents, 0.0, 0.9)
+    assert all(one.robot.mode is Mode.WAITING for one in agents)
+    drive(agents, 1.0, 20.0)
+    assert all(one.is_finished and one.robot.is_done for one in agents)
+
+
+def test_a_place_in_a_wall_is_said_and_another_map_mends_it():
+    unlucky = agent()
+    with pytest.raises(StartOccupied):
+        unlucky.take_map(WALL, 0.0)
+    assert unlucky.robot is None and 'robot 1' in unlucky.trouble
+    unlucky.take_map(FREE, 1.0)
+    assert unlucky.robot is not None and unlucky.trouble == ''
+
+
+def test_the_same_map_once_more_changes_nothing():
+    one = agent()
+    one.take_map(FREE, 0.0)
+    robot = one.robot
+    one.take_map(OccupancyGrid(FREE.data, 0.1), 5.0)
+    assert one.robot is robot and one.epoch == 5
+
+
+def test_another_map_before_the_mission_makes_another_robot_that_its_peers_believe():
+    one, peer = agent(1), agent(2)
+    for each in one, peer:
+        each.take_map(FREE, 0.0)
+        each.follow(WAITING)
+    drive([one, peer], 0.0, 5.0)
+    one.take_map(OccupancyGrid(np.zeros((50, 40), np.int8), 0.1), 5.0)
+    drive([one, peer], 5.0, 5.5)
+    assert peer.robot.heard()[1].boot_epoch == one.epoch == 6
+
+
+def test_a_map_during_the_mission_is_refused():
+    one = agent()
+    one.take_map(FREE, 0.0)
+    one.follow(STARTED)
+    robot = one.robot
+    with pytest.raises(InvalidInput, match='not used'):
+        one.take_map(WALL, 0.5)
+    assert one.robot is robot
+
+
+@pytest.mark.parametrize('announcement', [
+    Announcement('m', State.WAITING, (1,)), Announcement('other', State.STARTED, (1,)),
+    Announcement('other', State.STOPPED, (1, 2))])
+def test_what_another_world_sim_announces_during_the_mission_is_refused(announcement):
+    agents = agent(1, False), agent(2, False)
+    for one in agents:
+        one.follow(STARTED)
+    drive(agents, 1.0, 2.0)
+    with pytest.raises(InvalidInput, match='mission m has started'):
+        agents[0].follow(announcement)
+    drive(agents, 2.0, 20.0)
+    assert agents[0].robot.is_done and 2 in agents[0].robot.heard()
+
+
+def test_a_stop_between_the_announcement_and_the_start_holds():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0))
+    one.follow(Announcement('m', State.STOPPED, (1,), 1.0))
+    drive([one], 0.0, 5.0)
+    assert one.is_finished and len(one.robot.sol.plans) == 1 and one.robot.mode is Mode.STOPPED
+
+
+def test_a_stop_on_the_way_lets_it_come_to_rest():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0))
+    drive([one], 0.0, 1.6)
+    one.follow(Announcement('m', State.STOPPED, (1,), 1.0))
+    plans = one.robot.sol.plans
+    drive([one], 1.75, 10.0)
+    assert one.is_finished and len(plans) > 1 and one.robot.sol.plans == plans
+    assert one.robot.state(10.0)[3] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_mission_that_was_stopped_before_it_started_leaves_the_robot_free_for_another():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.WAITING, (1,)))
+    one.follow(Announcement('m', State.STOPPED, (1,)))
+    assert not one.is_finished
+    one.follow(Announcement('next', State.STARTED, (1,), 1.0))
+    drive([one], 1.0, 10.0)
+    assert one.robot.is_done
+
+
+def test_a_stop_that_came_before_the_map_is_not_forgotten():
+    one = agent(1)
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0))
+    one.follow(Announcement('m', State.STOPPED, (1,), 1.0))
+    one.take_map(FREE, 2.0)
+    drive([one], 2.0, 5.0)
+    assert len(one.robot.sol.plans) == 1
+
+
+def test_a_mission_of_others_is_not_driven():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (2, 3), 0.0))
+    drive([one], 0.0, 5.0)
+    assert one.robot.mode is Mode.WAITING and not one.is_finished
+
+
+def test_the_elder_of_two_with_one_id_says_so():
+    elder, younger = agent(1, False, epoch=5), agent(1, False, epoch=6)
+    (message,) = younger.step(0.0)
+    with pytest.raises(InvalidInput, match='robot 1 was started a second time'):
+        elder.receive(message, 0.0)
+    for message in elder.step(0.0):
+        elder.receive(message, 0.0)
+        younger.receive(message, 0.0)
+
+
+def test_a_robot_that_the_scene_does_not_have_is_refused():
+    with pytest.raises(InvalidInput, match='has the robots'):
+        agent(9)

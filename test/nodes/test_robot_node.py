@@ -1,0 +1,273 @@
+"""The robot, in process among messages of others, and as a process."""
+import signal
+from functools import partial
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from mobile_planning_msgs.msg import Mission as MissionMessage
+from mobile_planning_msgs.msg import RobotMsg as RobotMessage
+from mobile_planning_msgs.msg import Solution as SolutionMessage
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.srv import DescribeParameters
+
+from mobile_planning.errors import InvalidInput, PlanningError
+from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.message import Link, Mode, RobotMsg
+from mobile_planning.nodes import fleet_convert, qos
+from mobile_planning.nodes.convert import map_message, path_poses, seconds
+from mobile_planning.nodes.robot import RobotNode, RobotOptions
+from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+FREE = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1)
+WALL = OccupancyGrid(np.full((40, 40), 100, np.int8), 0.1)
+#: Half a metre ahead, in quick sections.
+QUICK = {'start': [1.0, 1.0, 0.0], 'goal': [1.5, 1.0, 0.0], 'Tc': 0.1, 'Tp': 1.0}
+
+
+class Fleet:
+    """What the tests say to robots, and what they hear of them."""
+
+    def __init__(self, ros):
+        self._ros = ros
+        publish = ros.node.create_publisher
+        self._maps = publish(OccupancyGridMessage, '/map', qos.MAP)
+        self._missions = publish(MissionMessage, '/mission', qos.MISSION)
+        self.peers = publish(RobotMessage, '/robot_msgs', qos.robot_messages())
+        self.messages = ros.listen(RobotMessage, '/robot_msgs', qos.robot_messages(100))
+        self.solutions = ros.listen(SolutionMessage, '/solutions', qos.SOLUTION_READER)
+        self.diagnostics = ros.listen(DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
+
+    @property
+    def now(self):
+        """The robots' clock [s]."""
+        return self._ros.node.get_clock().now().nanoseconds * 1e-9
+
+    def robot(self, robot_id=1, **parameters):
+        """Start a robot."""
+        named = partial(RobotNode, cli_args=['--ros-args', '-r', f'__node:=robot_{abs(robot_id)}'])
+        return self._ros.add(named, robot_id=robot_id, **{**QUICK, **parameters})
+
+    def map(self, grid=FREE, frame='map'):
+        """Publish a map."""
+        self._maps.publish(map_message(grid, frame, self._ros.node.get_clock().now().to_msg()))
+
+    def announce(self, state, ids=(1,), start=0.0, name='m'):
+        """Announce a mission."""
+        self._missions.publish(fleet_convert.mission_message(Announcement(name, state, tuple(ids), start), self.now))
+
+    def say(self, message):
+        """Publish what a peer says."""
+        self.peers.publish(fleet_convert.robot_message(message, self.now, 'map'))
+
+    def hear(self, condition=lambda message: True):
+        """Return a robot's next message that meets the condition."""
+        self.messages.clear()
+        return self._ros.until(lambda: next(filter(condition, self.messages), None))
+
+    def diagnosis(self, condition=lambda status: True):
+        """Return a robot's next status that meets the condition, and its facts."""
+        self.diagnostics.clear()
+        status = self._ros.until(lambda: next(
+            (array.status[0] for array in self.diagnostics if condition(array.status[0])), None))
+        return status, {entry.key: entry.value for entry in status.values}
+
+
+@pytest.fixture
+def fleet(ros):
+    """Return the `Fleet` of this test."""
+    return Fleet(ros)
+
+
+def test_a_robot_waits_for_the_map_then_for_the_mission_drives_and_hands_in_its_solution(ros, fleet):
+    fleet.robot()
+    plans = ros.listen(Path, '/robot_1/plan', qos.PATH)
+    odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
+    status, _ = fleet.diagnosis()
+    assert status.level == DiagnosticStatus.WARN and 'map' in status.message and not fleet.messages
+    fleet.map()
+    message = fleet.hear()
+    assert (message.robot_id, message.mode) == (1, RobotMessage.WAITING)
+    assert message.latest_z == pytest.approx([1.0, 1.0])
+    ros.until(lambda: plans and odometry)
+    assert path_poses(plans[0])[0] == pytest.approx([1.0, 1.0, 0.0])
+    assert odometry[-1].header.frame_id == 'map' and odometry[-1].child_frame_id == 'robot_1/base_link'
+    fleet.announce(State.WAITING)
+    start = fleet.now + 0.5
+    fleet.announce(State.STARTED, start=start)
+    (solution,) = ros.until(lambda: fleet.solutions)
+    assert solution.done and solution.robot_id == 1 and solution.boot_epoch == message.boot_epoch
+    driven = fleet_convert.solution(solution, 'map')
+    assert driven.plans[1].first_knot * 0.1 >= start
+    assert driven.states(np.array([start, driven.end]))[:, :2] == pytest.approx(np.array([[1, 1], [1.5, 1]]), abs=0.03)
+    end = fleet.hear()
+    assert end.done_planning and end.mode == RobotMessage.DONE and len(plans) > 2
+    at_goal = odometry[-1].pose.pose.position.x
+    assert at_goal == pytest.approx(1.5, abs=0.03)
+    status, facts = fleet.diagnosis()
+    assert status.level == DiagnosticStatus.OK and status.message == 'done' and facts['rejected'] == '0'
+    stamps = [seconds(said.header.stamp) for said in fleet.messages]
+    assert stamps == sorted(stamps) and [said.sequence for said in fleet.messages] == list(range(
+        fleet.messages[0].sequence, fleet.messages[-1].sequence + 1))
+
+
+def test_a_latched_mission_and_map_from_before_the_robot_was_started_are_followed(ros, fleet):
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    fleet.robot()
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done
+
+
+def test_two_robots_hear_each_other_and_a_stop_ends_their_drive(ros, fleet):
+    fleet.robot(1, start=[1.0, 1.0, 0.0], goal=[3.0, 1.0, 0.0])
+    fleet.robot(2, start=[3.0, 2.0, 3.0], goal=[1.0, 2.0, 3.0])
+    fleet.map()
+    fleet.announce(State.WAITING, ids=(1, 2))
+    fleet.hear(lambda message: message.robot_id == 1 and list(message.peer) == [2])
+    fleet.hear(lambda message: message.robot_id == 2 and list(message.peer) == [1])
+    fleet.announce(State.STARTED, ids=(1, 2), start=fleet.now)
+    fleet.hear(lambda message: message.robot_id == 1 and message.plan_seq)
+    fleet.announce(State.STOPPED, ids=(1, 2))
+    ros.until(lambda: len(fleet.solutions) == 2)
+    assert not any(solution.done for solution in fleet.solutions)
+    fleet.hear(lambda message: message.mode == RobotMessage.STOPPED)
+
+
+def peer_message(robot_id=2, **fields):
+    """Return a good message of a robot that stands far away."""
+    plan = Plan.at_rest(0, 0.1, (3.5, 3.5, 0.0))
+    return RobotMsg(False, [3.5], [3.5], [3.5, 3.5], **{
+        'robot_id': robot_id, 'boot_epoch': 1, 'sequence': 1, 'plan': plan, 'links': {1: Link(0, 0, 0)}, **fields})
+
+
+def test_garbage_from_the_network_is_counted_and_the_robot_drives_on(ros, fleet):
+    fleet.map()
+    node = fleet.robot()
+    fleet.announce(State.STARTED, start=fleet.now)
+    fleet.hear()
+    ros.until(lambda: fleet.peers.get_subscription_count() == 2)
+    spoilt = [('version', 9), ('mode', 77), ('step', float('nan')), ('control_points', [1.0] * 7),
+              ('control_points', [float('inf')] * 8), ('control_points', [0.0] * 200_000), ('first_knot', 2**63 - 1),
+              ('peer', list(range(5))), ('proposal_seq', 3)]
+    for count, (field, value) in enumerate(spoilt, 1):
+        message = fleet_convert.robot_message(peer_message(), fleet.now, 'map')
+        setattr(message, field, value)
+        fleet.peers.publish(message)
+        ros.until(lambda: node._guard.rejected.total() == count)
+    foreign = fleet_convert.robot_message(peer_message(), fleet.now, 'odom')
+    fleet.peers.publish(foreign)
+    _, facts = fleet.diagnosis(lambda status: any(value.key == 'rejected 202 UnknownFrame' for value in status.values))
+    assert facts['rejected 251 InvalidInput'] == str(len(spoilt)) and facts['faults'] == '0'
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done
+
+
+def test_an_impossible_mission_is_refused_and_a_good_one_followed(ros, fleet):
+    fleet.map()
+    node = fleet.robot()
+    mission = ros.node.create_publisher(MissionMessage, '/mission', qos.MISSION)
+    fleet.hear()
+    for count, fields in enumerate([{'state': 9, 'robot_ids': [1]}, {'robot_ids': []}, {'robot_ids': [1, 1]}], 1):
+        mission.publish(MissionMessage(name='x', **fields))
+        ros.until(lambda: node._guard.rejected.total() == count)
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: fleet.solutions)
+
+
+def test_a_map_in_another_frame_is_refused_and_the_right_one_taken(fleet):
+    fleet.robot()
+    fleet.map(frame='odom')
+    status, facts = fleet.diagnosis(lambda status: any('202' in value.key for value in status.values))
+    assert facts['rejected 202 UnknownFrame'] == '1' and not fleet.messages
+    fleet.map()
+    fleet.hear()
+
+
+def test_a_start_in_a_wall_is_said_in_the_diagnostics_and_another_map_mends_it(fleet):
+    fleet.robot()
+    fleet.map(WALL)
+    status, facts = fleet.diagnosis(lambda status: 'start (1.000, 1.000) of robot 1' in status.message)
+    assert status.level == DiagnosticStatus.WARN and facts['rejected 205 StartOccupied'] == '1'
+    fleet.map()
+    fleet.hear()
+
+
+def test_a_second_robot_with_the_same_id_is_noticed(fleet):
+    fleet.map()
+    fleet.robot()
+    mine = fleet.hear()
+    fleet.say(peer_message(1, boot_epoch=mine.boot_epoch + 1))
+    status, _ = fleet.diagnosis(lambda status: 'second time' in status.message)
+    assert status.level == DiagnosticStatus.WARN
+
+
+def test_a_fault_of_ours_is_counted_and_the_node_lives_on(ros, fleet, monkeypatch):
+    fleet.map()
+    node = fleet.robot()
+    fleet.hear()
+    with monkeypatch.context() as broken:
+        broken.setattr(node._agent, 'step', lambda now: 1 / 0)
+        status, _ = fleet.diagnosis(lambda status: status.level == DiagnosticStatus.ERROR)
+        assert 'on_cycle failed with ZeroDivisionError' in status.message
+    fleet.hear()
+
+
+@pytest.mark.parametrize('parameters, words', [
+    ({'robot_id': -1}, 'within 0 to'), ({'start': [1.0, 2.0]}, 'start must be 3 numbers'), ({'goal': [float('nan'), 0.0, 0.0]}, 'finite'),
+    ({'u_max': [0.0, 1.0]}, 'u_max'), ({'a_max': [1.0]}, 'a_max must be 2 numbers'), ({'radius': 0.0}, 'within 0.01 to'), ({'Tp': 0.3}, 'Tc'),
+    ({'Tc': 5.0, 'Tp': 10.0}, 'Tc'), ({'speed': 1.0}, 'no parameter speed'), ({'scene': 'nowhere.yaml'}, 'nowhere.yaml'),
+    ({'start': 'here'}, 'must be a tuple')])
+def test_an_impossible_parameter_is_refused_with_a_sentence(fleet, parameters, words):
+    with pytest.raises(InvalidInput, match=words):
+        fleet.robot(**parameters)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """Return the YAML file of a scene without a map."""
+    path = tmp_path / 'two robots.yaml'
+    path.write_text('boundary: {x: [0, 4], y: [0, 4]}\nobstacles: [{position: [3, 3], radius: 0.5}]\nrobots:\n'
+                    '  - {id: 1, start: [1, 1, 0], goal: [2, 1, 0]}\n  - {id: 2, start: [3, 3, 0], goal: [1, 3, 0]}\n')
+    return path
+
+
+@pytest.mark.parametrize('parameters, words', [
+    ({'robot_id': 7}, 'not 7'), ({'robot_id': 2}, r'start \(3.000, 3.000\) of robot 2'),
+    ({'robot_id': 2, 'scene_robots': 1}, 'not 2'), ({'scene_robots': 3}, '3 robots are asked for')])
+def test_a_robot_that_its_scene_does_not_have_or_has_no_room_for_is_refused(fleet, scene, parameters, words):
+    with pytest.raises(PlanningError, match=words):
+        fleet.robot(scene=str(scene), **parameters)
+
+
+def test_a_scene_without_a_map_needs_none(fleet, scene):
+    fleet.robot(scene=str(scene))
+    assert fleet.hear().mode == Mode.WAITING
+
+
+def test_every_parameter_has_a_description_and_every_number_a_range(ros, fleet):
+    fleet.robot()
+    names = list(RobotOptions.__dataclass_fields__)
+    answer = ros.call(DescribeParameters, '/robot_1/describe_parameters', DescribeParameters.Request(names=names))
+    assert all(entry.description and entry.read_only for entry in answer.descriptors)
+    numbers = [entry for entry in answer.descriptors if entry.type in (2, 3)]
+    assert len(numbers) == 7 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_as_a_process_it_stops_on_a_signal(fleet, start, scene, number):
+    process = start('robot', '--ros-args', '-p', f"scene:='{scene}'", '-p', 'robot_id:=1')
+    fleet.hear()
+    process.signal(number)
+    code, out, err = process.result()
+    assert (code, out) == (0, '') and 'Traceback' not in err
+
+
+@pytest.mark.parametrize('arguments, words', [
+    (['-p', 'robot:=1'], 'did you mean robot_id'), (['-p', 'scene:=nowhere.yaml'], 'nowhere.yaml'),
+    (['-p', 'robot_id:=one'], 'must be a int')])
+def test_as_a_process_it_ends_with_2_and_a_sentence_for_bad_parameters(start, arguments, words):
+    code, out, err = start('robot', '--ros-args', *arguments).result()
+    assert (code, out) == (2, '') and err.startswith('robot: ') and words in err and 'Traceback' not in err
