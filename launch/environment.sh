@@ -11,10 +11,9 @@ export AMENT_PREFIX_PATH="$mobile_planning_root/.venv"
 export ROS_LOG_DIR="${ROS_LOG_DIR:-$mobile_planning_root/.venv/log/ros}"
 
 # Nodes of other hosts are not found, and two sessions on one host seldom meet.
-export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+export ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT
+export FASTDDS_DEFAULT_PROFILES_FILE="$mobile_planning_root/launch/loopback.xml"
 export ROS_DOMAIN_ID="${ROS_DOMAIN_ID:-$(($$ % 100 + 1))}"
-# Shared memory would leave files in /dev/shm behind each process that is killed.
-export FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 # Without it, an int in a float64 field goes out as another number and nobody says so.
 export ROS_PYTHON_CHECK_FIELDS=1
 

@@ -19,11 +19,13 @@ done
 [[ -f $scene ]] || { echo "fleet: there is no scene $scene" >&2; exit 2; }
 
 declare -A names=()      # of the processes, by their ids
+leashed=()               # before a command: it is to end when this script is killed
+! setpriv --pdeathsig TERM true 2> /dev/null || leashed=(setpriv --pdeathsig TERM)
 
 start() {                # start NAME COMMAND...: in the background, with a log of its own
     local label=$1
     shift
-    "$@" > "$out/log/$label.log" 2>&1 &
+    "${leashed[@]}" "$@" > "$out/log/$label.log" 2>&1 &
     names[$!]=$label
 }
 
@@ -76,7 +78,7 @@ fi
 for id in $ids; do
     start "robot_$id" robot --ros-args -r __node:="robot_$id" -p robot_id:="$id" "${world[@]}"
 done
-world_sim --ros-args "${world[@]}" -p out:="$(quoted "$out")" 2> "$out/log/world_sim.log" &
+"${leashed[@]}" world_sim --ros-args "${world[@]}" -p out:="$(quoted "$out")" 2> "$out/log/world_sim.log" &
 judge=$!
 names[$judge]=world_sim
 

@@ -8,8 +8,8 @@ import pytest
 
 # Before anything imports rclpy. Above 101 the ports of a domain meet those that the kernel hands out.
 os.environ['ROS_DOMAIN_ID'] = str(os.getpid() % 100 + 1)
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'
+os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(Path(__file__).resolve().parent.parent / 'launch' / 'loopback.xml')
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 _LOGS = tempfile.TemporaryDirectory(prefix='mobile_planning_test_log_')
 os.environ['ROS_LOG_DIR'] = _LOGS.name

@@ -1,6 +1,7 @@
 """The scripts that start a fleet: how they end, whatever happens, and that nothing stays behind."""
 import json
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -107,8 +108,10 @@ def test_the_demo_is_a_valid_mission_of_four_robots_with_a_report_and_a_picture(
     names = {label for label in ('map_server', 'grid_planner', 'robot_1', 'robot_2', 'robot_3', 'robot_4', 'world_sim')
              if (demo.out / 'log' / f'{label}.log').exists()}
     assert len(names) == 7
-    # Shared memory of the middleware would outlive a process that is killed.
-    assert not any('/dev/shm' in Path(f'/proc/{process.pid}/maps').read_text() for process in demo.processes())
+    for process in demo.processes():
+        # Nobody else hears of it, and no shared memory outlives a process that is killed.
+        assert {connection.laddr.ip for connection in process.net_connections('udp')} <= {'127.0.0.1', '239.255.0.1'}
+        assert '/dev/shm/fast' not in Path(f'/proc/{process.pid}/maps').read_text()
     code, out, err = demo.result()
     assert code == 0 and err == '' and 'arrived                 4 of 4 robots' in out
     report = json.loads((demo.out / 'report.json').read_text())
@@ -149,6 +152,18 @@ def test_a_signal_during_the_start_ends_everything(launch, interrupt, number, co
     got, _, err = fleet.result()
     assert got == code and 'Traceback' not in err
     assert not (fleet.out / 'log' / 'robot_3.log').exists()
+    fleet.assert_nothing_is_left()
+
+
+@pytest.mark.skipif(shutil.which('setpriv') is None, reason='setpriv of util-linux is not installed')
+def test_a_script_that_is_killed_leaves_nothing_behind(launch):
+    fleet = launch('fleet.sh', HEAD_ON)
+    fleet.until_driving()
+    fleet.popen.kill()
+    fleet.popen.wait()
+    end = time.monotonic() + PATIENCE
+    while fleet.processes() and time.monotonic() < end:
+        time.sleep(0.05)
     fleet.assert_nothing_is_left()
 
 

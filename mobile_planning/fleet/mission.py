@@ -101,8 +101,9 @@ class Mission:
         if self._epochs.get(solution.eyed) != epoch:
             return
         latest = self.start_time + self._timeout + _LONGEST_PLAN
-        if solution.end > latest:
-            raise InvalidInput(f'robot {solution.eyed} says that it drives until {solution.end:.1f} s, '
+        end = max(plan.end_knot * plan.step for plan in solution.plans)
+        if end > latest:
+            raise InvalidInput(f'robot {solution.eyed} says that it drives until {end:.1f} s, '
                                f'the mission ends before {latest:.1f} s')
         self.solutions[solution.eyed] = self._since_start(solution)
 

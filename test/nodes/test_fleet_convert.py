@@ -51,7 +51,8 @@ def robot_msgs(draw):
     return RobotMsg(
         draw(st.booleans()), *path, np.array([draw(places), draw(places)]), robot_id=draw(uint32),
         boot_epoch=draw(uint32), sequence=draw(uint32), mode=draw(st.sampled_from(Mode)), plan=draw(plans(step)),
-        plan_seq=draw(uint32), proposal=proposal, proposal_seq=0 if proposal is None else draw(st.integers(1, 2**32 - 1)),
+        plan_seq=draw(uint32), proposal=proposal,
+        proposal_seq=0 if proposal is None else draw(st.integers(1, 2**32 - 1)),
         radius=draw(st.sampled_from([1, 0.2, 100])), v_max=draw(st.sampled_from([2, 0.5])), omega_max=3, a_max=4,
         goal=np.array([draw(places), draw(places)]),
         links=draw(st.dictionaries(uint32, st.builds(Link, uint32, uint32, uint32), max_size=20)))

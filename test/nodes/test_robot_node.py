@@ -11,6 +11,7 @@ from mobile_planning_msgs.msg import Solution as SolutionMessage
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.srv import DescribeParameters
+from rosgraph_msgs.msg import Clock
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
@@ -136,6 +137,25 @@ def test_two_robots_hear_each_other_and_a_stop_ends_their_drive(ros, fleet):
     fleet.hear(lambda message: message.mode == RobotMessage.STOPPED)
 
 
+def test_on_simulated_time_it_speaks_while_the_clock_stands_and_drives_while_it_runs(ros, fleet):
+    clock, now = ros.node.create_publisher(Clock, '/clock', 10), [0.0]
+
+    def tick():
+        now[0] += 0.02
+        clock.publish(Clock(clock=fleet_convert.stamp(now[0])))
+
+    fleet.map()
+    fleet.announce(State.STARTED, start=0.5)
+    node = fleet.robot(use_sim_time=True)
+    first = fleet.hear()
+    assert fleet.hear(lambda message: message.sequence > first.sequence + 3).mode == RobotMessage.WAITING
+    assert first.boot_epoch > 10**9, 'simulated time begins anew with every simulation'
+    ros.node.create_timer(0.02, tick)
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done and node._guard.faults == 0
+    assert fleet_convert.solution(fleet.solutions[0], 'map').end <= now[0]
+
+
 def peer_message(robot_id=2, **fields):
     """Return a good message of a robot that stands far away."""
     plan = Plan.at_rest(0, 0.1, (3.5, 3.5, 0.0))
@@ -216,10 +236,11 @@ def test_a_fault_of_ours_is_counted_and_the_node_lives_on(ros, fleet, monkeypatc
 
 
 @pytest.mark.parametrize('parameters, words', [
-    ({'robot_id': -1}, 'within 0 to'), ({'start': [1.0, 2.0]}, 'start must be 3 numbers'), ({'goal': [float('nan'), 0.0, 0.0]}, 'finite'),
-    ({'u_max': [0.0, 1.0]}, 'u_max'), ({'a_max': [1.0]}, 'a_max must be 2 numbers'), ({'radius': 0.0}, 'within 0.01 to'), ({'Tp': 0.3}, 'Tc'),
-    ({'Tc': 5.0, 'Tp': 10.0}, 'Tc'), ({'speed': 1.0}, 'no parameter speed'), ({'scene': 'nowhere.yaml'}, 'nowhere.yaml'),
-    ({'start': 'here'}, 'must be a tuple')])
+    ({'robot_id': -1}, 'within 0 to'), ({'start': [1.0, 2.0]}, 'start must be 3 numbers'),
+    ({'goal': [float('nan'), 0.0, 0.0]}, 'finite'), ({'u_max': [0.0, 1.0]}, 'u_max'),
+    ({'a_max': [1.0]}, 'a_max must be 2 numbers'), ({'radius': 0.0}, 'within 0.01 to'), ({'Tp': 0.3}, 'Tc'),
+    ({'Tc': 5.0, 'Tp': 10.0}, 'Tc'), ({'speed': 1.0}, 'no parameter speed'),
+    ({'scene': 'nowhere.yaml'}, 'nowhere.yaml'), ({'start': 'here'}, 'must be a tuple')])
 def test_an_impossible_parameter_is_refused_with_a_sentence(fleet, parameters, words):
     with pytest.raises(InvalidInput, match=words):
         fleet.robot(**parameters)

@@ -123,7 +123,8 @@ def test_a_mission_is_announced_started_judged_drawn_and_reported(ros, robots, s
     assert (waiting.name, list(waiting.robot_ids)) == ('pass', [1, 2])
     robots.gather()
     start = seconds(robots.announced(MissionMessage.STARTED).start)
-    ros.until(lambda: any({marker.ns for marker in array.markers} == {'robots', 'intents', 'goals'} for array in markers))
+    kinds = {'robots', 'intents', 'goals'}
+    ros.until(lambda: any({marker.ns for marker in array.markers} == kinds for array in markers))
     for solution in robots.solve(start).values():
         robots.hand_in(solution)
     assert robots.end(node) == 0
@@ -267,8 +268,8 @@ def test_as_a_process_it_gives_up_with_code_1_naming_the_robots_that_are_not_the
 
 
 @pytest.mark.parametrize('arguments, words', [
-    ([], 'needs the parameter scene'), (['-p', 'scnee:=x'], 'did you mean scene'), (['-p', 'scene:=3'], 'must be a str'),
-    (['-p', 'scene:=/nowhere/x.yaml'], '/nowhere/x.yaml')])
+    ([], 'needs the parameter scene'), (['-p', 'scnee:=x'], 'did you mean scene'),
+    (['-p', 'scene:=3'], 'must be a str'), (['-p', 'scene:=/nowhere/x.yaml'], '/nowhere/x.yaml')])
 def test_as_a_process_it_ends_with_2_and_a_sentence_for_bad_parameters(start, arguments, words):
     code, out, err = start('world_sim', '--ros-args', *arguments).result()
     assert (code, out) == (2, '') and err.startswith('world_sim: ') and words in err and 'Traceback' not in err

@@ -1,0 +1,114 @@
+"""Robots and world sim together, in process: they may come, go and come again in any order before the start."""
+from functools import partial
+from itertools import count
+
+import numpy as np
+import pytest
+from mobile_planning_msgs.msg import MissionReport
+from mobile_planning_msgs.msg import RobotMsg as RobotMessage
+from std_srvs.srv import Trigger
+
+from mobile_planning.fleet.message import Mode
+from mobile_planning.nodes import qos
+from mobile_planning.nodes.map_server import MapServer
+from mobile_planning.nodes.robot import RobotNode
+from mobile_planning.nodes.world_sim import WorldSimNode
+from mobile_planning.world.map_io import save_map
+from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+
+class Fleet:
+    """Nodes that are started and ended by name."""
+
+    def __init__(self, ros, folder):
+        self._ros, self._nodes = ros, {}
+        self._map = save_map(OccupancyGrid(np.zeros((50, 50), np.int8), 0.1), folder / 'hall')
+        self._scene = folder / 'scene.yaml'
+        self._scene.write_text('map: hall.yaml\nrobots:\n  - {id: 1, start: [1, 2, 0], goal: [1.7, 2, 0]}\n'
+                               '  - {id: 2, start: [2, 3, 3.1], goal: [1.3, 3, 3.1]}\n')
+        self.messages = ros.listen(RobotMessage, '/robot_msgs', qos.robot_messages(100))
+        self.reports = ros.listen(MissionReport, '/world_sim/report', qos.latched())
+
+    def start(self, name):
+        """Start a node, and end the one that has its name."""
+        self.end(name)
+        if name == 'map_server':
+            self._nodes[name] = self._ros.add(MapServer, yaml_filename=str(self._map))
+        elif name == 'world_sim':
+            self._nodes[name] = self._ros.add(WorldSimNode, scene=str(self._scene), autostart=False,
+                                              discovery_timeout=2.0)
+        else:
+            named = partial(RobotNode, cli_args=['--ros-args', '-r', f'__node:={name}'])
+            self._nodes[name] = self._ros.add(named, scene=str(self._scene), robot_id=int(name[-1]), Tc=0.1, Tp=1.0)
+
+    def end(self, name):
+        """End a node if there is one of this name."""
+        if name in self._nodes:
+            self._ros.remove(self._nodes.pop(name))
+
+    def heard(self, condition):
+        """Wait for a message that meets the condition."""
+        self.messages.clear()
+        self._ros.until(lambda: any(map(condition, self.messages)))
+
+    def drive(self):
+        """Ask for the start."""
+        assert self._ros.call(Trigger, '/world_sim/start').success
+
+    def result(self):
+        """Return the exit code and the report of the world sim."""
+        with pytest.raises(SystemExit) as end:
+            self._ros.until(lambda: False)
+        self.end('world_sim')
+        return end.value.code, self._ros.until(lambda: self.reports)[-1]
+
+
+@pytest.fixture
+def fleet(ros, tmp_path, monkeypatch):
+    """Return a `Fleet` whose nodes are restarted more often than once a second."""
+    seconds = count(1000)
+    monkeypatch.setattr('mobile_planning.nodes.robot.time', lambda: next(seconds))
+    return Fleet(ros, tmp_path)
+
+
+def test_the_map_and_the_world_sim_may_come_after_the_robots(fleet):
+    for name in 'robot_2', 'world_sim', 'robot_1', 'map_server':
+        fleet.start(name)
+    fleet.drive()
+    code, report = fleet.result()
+    assert code == 0 and report.valid and not report.violations
+
+
+def test_everything_may_be_restarted_before_the_mission_starts(fleet):
+    for name in 'world_sim', 'robot_1', 'robot_2', 'map_server':
+        fleet.start(name)
+    fleet.heard(lambda message: message.robot_id == 1 and 2 in message.peer)
+    for name in 'robot_2', 'map_server', 'world_sim':
+        fleet.start(name)
+    fleet.drive()
+    code, report = fleet.result()
+    assert code == 0 and report.valid and not report.violations
+
+
+def test_a_world_sim_restarted_on_the_way_disturbs_nobody_and_says_what_it_found(fleet, capfd):
+    for name in 'world_sim', 'robot_1', 'robot_2', 'map_server':
+        fleet.start(name)
+    fleet.drive()
+    fleet.heard(lambda message: message.mode == Mode.DRIVING)
+    fleet.start('world_sim')
+    fleet.drive()
+    code, report = fleet.result()
+    assert code == 1 and 'have had their mission' in report.violations[-1]
+    fleet.heard(lambda message: message.robot_id == 1 and message.mode == Mode.DONE)
+    fleet.heard(lambda message: message.robot_id == 2 and message.mode == Mode.DONE)
+
+
+def test_a_robot_restarted_on_the_way_ends_the_mission_and_moves_no_more(fleet):
+    for name in 'world_sim', 'robot_1', 'robot_2', 'map_server':
+        fleet.start(name)
+    fleet.drive()
+    fleet.heard(lambda message: message.robot_id == 2 and message.mode == Mode.DRIVING)
+    fleet.start('robot_2')
+    code, report = fleet.result()
+    assert code == 1 and 'robot 2 was started anew' in report.violations[-1]
+    fleet.heard(lambda message: message.robot_id == 2 and message.plan_seq == 0)
