@@ -62,7 +62,7 @@ class Bug2(PlannerBase):
         See `PlannerBase`.
     corner_cutting : bool
         Whether a diagonal step may pass an occupied cell at its side; if not, both cells beside it must be free.
-    wall_on : {'right', 'left'}
+    wall_on : {'left', 'right'}
         The hand that it keeps on the wall.
 
     Attributes
@@ -75,7 +75,7 @@ class Bug2(PlannerBase):
     >>> import numpy as np
     >>> occupied = np.zeros((5, 7))
     >>> occupied[1:5, 3] = 1
-    >>> Bug2(occupied, wall_on='left').run(start=(0, 3), goal=(6, 3)).T
+    >>> Bug2(occupied).run(start=(0, 3), goal=(6, 3)).T
     array([[0, 1, 2, 2, 2, 3, 4, 4, 4, 5, 6],
            [3, 3, 3, 2, 1, 0, 1, 2, 3, 3, 3]])
     """
@@ -88,7 +88,7 @@ class Bug2(PlannerBase):
         start: ArrayLike | None = None,
         inflate: float = 0,
         corner_cutting: bool = True,
-        wall_on: str = 'right',
+        wall_on: str = 'left',
         occupied_from: int = OCCUPIED_FROM,
         unknown_is_free: bool = False,
         verbose: bool = False,

@@ -14,6 +14,7 @@ from mobile_planning.geometry import wrap_angle
 from mobile_planning.grid.motion_primitives import heading_vectors, motion_primitives
 from mobile_planning.grid.planner import PlannerBase
 from mobile_planning.grid.state_lattice import EXPANDED, StateLattice
+from mobile_planning.world.cost_to_go import MAX_CELLS
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
 if TYPE_CHECKING:
@@ -161,8 +162,10 @@ class LatticePlanner(PlannerBase):
 
     def nearest(self, pose: ArrayLike) -> NDArray[np.float64]:
         """Return the configuration (3,) of the lattice that is nearest to a pose (3,): `query` wants such ones."""
-        cell, heading = self._nearest_cell(np.asarray(pose, float)[:2], 'pose'), self._heading(pose, np.inf, 'pose')
-        return np.array([*cell, self._angles[heading]])
+        values = _numbers(pose, 'pose')
+        if values.shape != (3,):
+            raise InvalidInput(f'pose {values.tolist()} is not a configuration (x, y, theta)')
+        return np.append(self._nearest_cell(values[:2], 'pose'), self._angles[self._heading(values, np.inf, 'pose')])
 
     def validate_endpoint(self, p: ArrayLike, dtype: DTypeLike = None, *, name: str = 'start') -> NDArray:
         """Return the configuration, if a robot can be there.
@@ -187,10 +190,7 @@ class LatticePlanner(PlannerBase):
         InvalidInput
             If the heading is not one of the lattice.
         """
-        try:
-            values = np.asarray(p, dtype=float)
-        except (TypeError, ValueError):
-            raise InvalidInput(f'{name} {p!r} is not a configuration (x, y, theta)') from None
+        values = _numbers(p, name)
         if values.shape != (3,) and (values.shape, name) != ((2,), 'goal'):
             raise InvalidInput(f'{name} {values.tolist()} is not a configuration (x, y, theta)')
         end = super().validate_endpoint(values[:2], float, name=name)
@@ -225,15 +225,13 @@ class LatticePlanner(PlannerBase):
         StartOutside, StartOccupied
             If the root is no free cell.
         LimitExceeded
-            If the graph could have more states than 32 bits can count.
+            If the graph could reach more than 2**27 cells, or more states than 32 bits can count.
         Cancelled
             If ``stop`` was set; the plan before stays.
         """
         if iterations is None and self._occupied is None:
             raise InvalidInput('without an occupancy grid the number of iterations must be given')
-        if iterations is not None and not (np.ndim(iterations) == 0 and iterations == int(iterations) >= 0):
-            raise InvalidInput(f'iterations {iterations!r} is not a whole number of at least 0')
-        rounds = None if iterations is None else int(iterations)
+        rounds = None if iterations is None else _whole(iterations)
         self._watch_plan(lambda stop, done: self._grow(rounds, stop, done), animate, progress, verbose, summary, movie,
                          stop)
 
@@ -246,8 +244,8 @@ class LatticePlanner(PlannerBase):
         lattice = self._lattice
         if lattice is None:
             half = iterations * max(max(abs(x), abs(y)) for x, y in (motion.end for motion in self._motions))
-            if (2 * half + 1) ** 2 * len(self._angles) > StateLattice.MAX_STATES:
-                raise LimitExceeded(f'{iterations} iterations could reach more than {StateLattice.MAX_STATES} states')
+            if (2 * half + 1) ** 2 > MAX_CELLS:
+                raise LimitExceeded(f'{iterations} iterations could reach more than {MAX_CELLS} cells')
             lattice = self._made(np.zeros((2 * half + 1, 2 * half + 1), bool), root[:2].astype(int) - half)
         heading = self._heading(root, _SAME_HEADING, 'root')
         planned = lattice.grown(lattice.state(root[:2].astype(int), heading), iterations, stop, done)
@@ -363,12 +361,12 @@ class LatticePlanner(PlannerBase):
 
 def _costs_of(motions, costs, reverse_cost, turn_cost):
     """Return the cost of each motion."""
-    weights = np.ones(3) if costs is None else np.asarray(costs, float)
+    weights = np.ones(3) if costs is None else _numbers(costs, 'costs')
     if weights.shape != (3,) or not (np.isfinite(weights) & (weights > 0)).all():
         raise InvalidInput(f'costs {costs!r} are not three finite numbers above 0')
-    if reverse_cost is not None and not (np.isfinite(reverse_cost) and reverse_cost > 0):
+    if reverse_cost is not None and not 0 < _numbers(reverse_cost, 'reverse_cost') < np.inf:
         raise InvalidInput(f'reverse_cost {reverse_cost} is not a finite number above 0')
-    if not (np.isfinite(turn_cost) and turn_cost >= 0):
+    if not 0 <= _numbers(turn_cost, 'turn_cost') < np.inf:
         raise InvalidInput(f'turn_cost {turn_cost} is not a finite number of at least 0')
     if costs is not None:
         weights = weights / (1.0, np.pi / 2, np.pi / 2)
@@ -376,6 +374,22 @@ def _costs_of(motions, costs, reverse_cost, turn_cost):
     return np.array([
         (weight[motion.code.upper()] * motion.length + turn_cost * abs(motion.turn))
         * (reverse_cost if motion.is_reverse else 1.0) for motion in motions])
+
+
+def _numbers(values, name):
+    """Return what a caller gave as an array of numbers."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f'{name} {values!r} is no number, or has parts that are none') from None
+
+
+def _whole(iterations):
+    """Return a number of iterations as an int."""
+    number = _numbers(iterations, 'iterations')
+    if number.ndim or not 0 <= number < np.inf or number % 1:
+        raise InvalidInput(f'iterations {iterations!r} is not a whole number of at least 0')
+    return int(number)
 
 
 def _text(configuration):

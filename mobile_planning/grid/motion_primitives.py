@@ -208,8 +208,8 @@ def motion_primitives(headings: int = 4, radius: float = 1.0, reverse: bool = Fa
     [('S', (1, 0), 1.0), ('L', (1, 1), 1.571), ('R', (1, -1), 1.571)]
     """
     vectors = heading_vectors(headings)
-    if not (np.isfinite(radius) and 0 < radius <= MAX_RADIUS):
-        raise InvalidInput(f'radius {radius} cells is not above 0 and at most {MAX_RADIUS:g}')
+    if not (isinstance(radius, (int, float, np.number)) and 0 < radius <= MAX_RADIUS):
+        raise InvalidInput(f'radius {radius!r} cells is not above 0 and at most {MAX_RADIUS:g}')
     angles = np.arctan2(vectors[:, 1], vectors[:, 0])
     forward = []
     for heading, vector in enumerate(vectors):

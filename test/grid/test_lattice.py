@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobile_planning.errors import (
-    Cancelled, GoalOccupied, GoalOutside, InvalidInput, NoPath, StartOccupied, StartOutside)
+    Cancelled, GoalOccupied, GoalOutside, InvalidInput, LimitExceeded, NoPath, StartOccupied, StartOutside)
 from mobile_planning.grid.lattice import LatticePlanner
 from mobile_planning.grid.motion_primitives import motion_primitives
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -243,6 +243,9 @@ def test_ends_are_configurations_of_the_lattice():
     with pytest.raises(InvalidInput, match='nearest is 0.463'):
         lattice.query((0, 0, 0.4), (1, 1, 0))
     assert np.allclose(lattice.nearest((0.3, 0.6, 0.4)), (0, 1, np.arctan2(1, 2)))
+    for pose in ((1, 2), 'q', (0, 0, np.nan)):
+        with pytest.raises(InvalidInput):
+            lattice.nearest(pose)
     for start in ((0, 0), (0, 0, np.nan), (0, 0, 0, 0), 'abc', None):
         with pytest.raises(InvalidInput):
             lattice.query(start, (1, 1, 0))
@@ -268,14 +271,16 @@ def test_without_a_grid_the_iterations_must_be_given_and_a_query_wants_a_plan():
         LatticePlanner().plan()
     with pytest.raises(RuntimeError, match='plan()'):
         LatticePlanner().query((0, 0, 0), (1, 0, 0))
-    for wrong in (-1, 1.5, 'two'):
-        with pytest.raises((InvalidInput, ValueError)):
+    for wrong in (-1, 1.5, 'two', np.inf, np.nan, [1, 2]):
+        with pytest.raises(InvalidInput, match='iterations'):
             LatticePlanner().plan(wrong)
+    with pytest.raises(LimitExceeded):
+        LatticePlanner().plan(10 ** 6)
 
 
 @pytest.mark.parametrize('options', [
     {'costs': (1, 2)}, {'costs': (0, 1, 1)}, {'costs': (1, 1, np.inf)}, {'turn_cost': -1}, {'reverse_cost': 0},
-    {'headings': 5}, {'radius': 0}])
+    {'costs': 'abc'}, {'turn_cost': 'a'}, {'reverse_cost': np.nan}, {'headings': 5}, {'radius': 0}, {'radius': 'a'}])
 def test_options_are_checked(options):
     with pytest.raises(InvalidInput):
         LatticePlanner(**options)
