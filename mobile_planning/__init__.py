@@ -18,6 +18,8 @@ _HOMES = {
     'world.cost_to_go': ('cost_to_go',),
     'grid.planner': ('PlannerBase',),
     'grid.distance_transform': ('DistanceTransformPlanner',),
+    'grid.lattice': ('LatticePlanner', 'LatticeStatus', 'LatticeEdge'),
+    'grid.bug2': ('Bug2', 'Bug2Step'),
     'path_server': ('PathServer',),
     'fleet.kinematics': ('UnicycleKineModel',),
     'fleet.message': ('RobotMsg',),

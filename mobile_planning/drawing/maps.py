@@ -23,8 +23,12 @@ RED, PINK = (0.85, 0.15, 0.15), (1.0, 0.75, 0.80)
 PATH_COLOUR = '#1f6fd6'
 # Lines drawn on top of each other: a yellow dashed one on black stands out on any background.
 STRIPED_LINE = ({'color': 'black', 'linewidth': 4}, {'color': 'yellow', 'linewidth': 3, 'linestyle': (0, (5, 5))})
+STRIPED_REVERSE_LINE = ({'color': 'black', 'linewidth': 4}, {'color': 'red', 'linewidth': 3, 'linestyle': (0, (5, 5))})
 START_MARKER = {'marker': 'o', 'markersize': 9, 'color': '#2ca02c', 'markeredgecolor': 'white', 'linestyle': 'none'}
 GOAL_MARKER = {'marker': '*', 'markersize': 15, 'color': '#d62728', 'markeredgecolor': 'white', 'linestyle': 'none'}
+
+ROBOT_MARKER = {'marker': 'o', 'markersize': 8, 'color': 'black', 'markeredgecolor': 'yellow', 'markeredgewidth': 1.5,
+                'linestyle': 'none', 'zorder': 6}
 
 
 def new_figure(width: float, height: float, title: str = '', *, unit: str = 'm') -> tuple[Figure, Axes]:
@@ -38,12 +42,22 @@ def new_figure(width: float, height: float, title: str = '', *, unit: str = 'm')
     unit : str
         Of the axes.
     """
-    scale = min(9.5 / width, 8.0 / height)
-    figure = Figure(figsize=(max(width * scale, 4.0) + 0.8, max(height * scale, 2.0) + 1.1), layout='constrained')
+    figure = Figure(figsize=figure_size(width, height), layout='constrained')
     FigureCanvasAgg(figure)
+    return figure, add_axes(figure, title, unit)
+
+
+def figure_size(width: float, height: float) -> tuple[float, float]:
+    """Return the size [inch] of a figure for a world of ``width`` by ``height``."""
+    scale = min(9.5 / width, 8.0 / height)
+    return max(width * scale, 4.0) + 0.8, max(height * scale, 2.0) + 1.1
+
+
+def add_axes(figure: Figure, title: str = '', unit: str = 'm') -> Axes:
+    """Return new axes of a figure, both equally scaled."""
     axes = figure.add_subplot(aspect='equal', xlabel=f'x [{unit}]', ylabel=f'y [{unit}]')
     axes.set_title(title, loc='left')
-    return figure, axes
+    return axes
 
 
 def draw_map(axes: Axes, data: ArrayLike, resolution: float = 1.0, origin: ArrayLike = (0.0, 0.0, 0.0)) -> None:
@@ -130,11 +144,47 @@ def draw_path(
     label : str, optional
         For the legend.
     """
-    x, y = np.asarray(points, float)[:, :2].T
+    coordinates = np.asarray(points, float).T[:3 if is_space(axes) else 2]
     for i, style in enumerate(line):
         last = i == len(line) - 1
-        axes.plot(x, y, **{'solid_capstyle': 'round', 'solid_joinstyle': 'round', 'zorder': 3, **style},
+        axes.plot(*coordinates, **{'solid_capstyle': 'round', 'solid_joinstyle': 'round', 'zorder': 3, **style},
                   label=label if last else None)
+
+
+def draw_directed_path(
+    axes: Axes, points: ArrayLike, direction: ArrayLike, *,
+    line: Sequence[Mapping] = STRIPED_LINE, line_r: Sequence[Mapping] = STRIPED_REVERSE_LINE,
+) -> None:
+    """Draw a path of which parts are driven backwards, each part in its own style.
+
+    Parameters
+    ----------
+    axes : Axes
+    points : (N, 2 or more) array_like
+    direction : (N,) array_like
+        Below 0 where the robot arrives at a point backwards; the first is that of the second.
+    line, line_r : sequence of dict
+        Matplotlib line properties of the parts driven forwards and backwards.
+    """
+    points, backwards = np.asarray(points, float), np.asarray(direction) < 0
+    ends = [*np.flatnonzero(np.diff(backwards[1:])) + 1, len(points) - 1]
+    labelled, begin = set(), 0
+    for end in ends:
+        style, label = (line_r, 'path, backwards') if backwards[end] else (line, 'path')
+        draw_path(axes, points[begin:end + 1], line=style, label=None if label in labelled else label)
+        labelled.add(label)
+        begin = end
+
+
+def draw_points(axes: Axes, points: ArrayLike, style: Mapping) -> None:
+    """Draw a marker on each point (N, 2 or more)."""
+    coordinates = np.asarray(points, float).T[:3 if is_space(axes) else 2]
+    axes.plot(*coordinates, **{'marker': '.', 'linestyle': 'none', 'zorder': 4, **style})
+
+
+def is_space(axes: Axes) -> bool:
+    """Return whether the axes have three dimensions."""
+    return axes.name == '3d'
 
 
 def draw_pose(axes: Axes, pose: ArrayLike, style: Mapping, *, label: str | None = None) -> None:
@@ -151,15 +201,18 @@ def draw_pose(axes: Axes, pose: ArrayLike, style: Mapping, *, label: str | None 
         For the legend.
     """
     x, y, *heading = np.asarray(pose, float)
-    axes.plot(x, y, **{'zorder': 5, **style}, label=label)
-    if heading:
+    place = (x, y, *(heading or (0.0,))) if is_space(axes) else (x, y)
+    axes.plot(*([value] for value in place), **{'zorder': 5, **style}, label=label)
+    if heading and not is_space(axes):
         axes.quiver(x, y, np.cos(heading), np.sin(heading), units='inches', scale_units='inches', scale=2.5,
                     width=0.035, color=style.get('color', 'black'), zorder=4)
 
 
 def draw_legend(axes: Axes) -> None:
-    """Write a legend below the axes, where it covers nothing."""
-    axes.figure.legend(loc='outside lower center', ncols=6, frameon=False, handletextpad=0.5, columnspacing=1.5)
+    """Write a legend below the axes and their labels, where it covers nothing."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc='upper center', bbox_to_anchor=(0.5, 0.0), borderaxespad=4.0, ncols=6, frameon=False,
+                    handletextpad=0.5, columnspacing=1.5)
 
 
 def save(figure: Figure, path: str | Path, dpi: int = 130) -> None:

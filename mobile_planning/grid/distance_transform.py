@@ -88,38 +88,17 @@ class DistanceTransformPlanner(PlannerBase):
         """Distance to the last plan's goal, (h, w) [cells]: NaN if occupied, inf if unreachable; None before it."""
         return self._field
 
-    def plan(self, goal: ArrayLike | None = None, *, stop: NDArray[np.uint8] | None = None) -> None:
-        """Compute the distance of every cell from the goal.
-
-        Parameters
-        ----------
-        goal : (2,) array_like, optional
-            Cell (x, y); the one set before if not given.
-        stop : (1,) ndarray of uint8, optional
-            Set ``stop[0]`` from another thread to give up; the plan before stays.
-
-        Raises
-        ------
-        NoMap
-            If there is no grid.
-        GoalOutside, GoalOccupied
-            If the goal is no free cell.
-        InvalidInput
-            If no goal was given.
-        Cancelled
-            If ``stop`` was set.
-        """
+    def _plan(self, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> None:
+        """Compute the distance of every cell from the goal."""
         occupied = self._require_grid()
-        if goal is not None:
-            self.goal = goal
         if self.goal is None:
             raise InvalidInput('no goal was given')
         metric = 'manhattan' if self._connectivity == 4 else self._metric
-        field = cost_to_go(occupied, self.goal, metric=metric, corner_cutting=self._corner_cutting, stop=stop)
+        goal = self.goal
+        field = cost_to_go(
+            occupied, goal, metric=metric, corner_cutting=self._corner_cutting, stop=stop, done=done)
         field.flags.writeable = False
-        self._field, self._planned_goal = field, self.goal
-        if self.verbose:
-            print(f'{type(self).__name__}: {np.isfinite(field).sum()} cells reach the goal {tuple(self.goal.tolist())}')
+        self._field, self._planned_goal = field, goal
 
     def has_plan(self) -> bool:
         """Return whether there is a plan for the present goal."""
@@ -160,5 +139,6 @@ class DistanceTransformPlanner(PlannerBase):
                        connectivity=self._connectivity, steps=steps)
 
     def _facts(self) -> list[str]:
-        planned = 'none' if self._field is None else f'{np.isfinite(self._field).sum()} cells reach the goal'
+        planned = 'none' if self._field is None else (
+            '{} cells reach the goal ({}, {})'.format(np.isfinite(self._field).sum(), *self._planned_goal))
         return [*super()._facts(), f'metric: {self.metric}', f'plan: {planned}']

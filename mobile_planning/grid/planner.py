@@ -1,30 +1,32 @@
 """What every grid planner has: a grid, a start, a goal, and the way from plan to query."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from mobile_planning.errors import (
     GoalOccupied, GoalOutside, InvalidInput, NoMap, StartOccupied, StartOutside)
+from mobile_planning.grid.observer import film_of, with_progress
+from mobile_planning.grid.planner_plots import PlannerPlots
 from mobile_planning.world.cost_to_go import as_mask
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-# Cell centres lie on the integers.
-_CORNER = (-0.5, -0.5, 0.0)
-_ENDPOINT_ERRORS = {'start': (StartOutside, StartOccupied), 'goal': (GoalOutside, GoalOccupied)}
+_ENDPOINT_ERRORS = {
+    'start': (StartOutside, StartOccupied), 'goal': (GoalOutside, GoalOccupied), 'root': (StartOutside, StartOccupied)}
 
 
-class PlannerBase:
+class PlannerBase(PlannerPlots):
     """A planner on a grid of cells, each (x, y) = (column, row), its centre on the integers.
 
     Points may be given as real numbers: they mean the cell whose centre is nearest.
     The caller's grid is read once and never written.
+
+    A planner of its own kind fills in `_plan`, and `next`, `_path` or `_solve`. What shows its work, ``animate``,
+    ``movie``, ``progress``, ``summary`` and ``verbose``, is served here.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ class PlannerBase:
     unknown_is_free : bool
         Whether unknown cells of an `OccupancyGrid` may be entered.
     verbose : bool
-        Whether to print a line about each plan.
+        Whether to print a line about each plan and path.
 
     Raises
     ------
@@ -73,7 +75,7 @@ class PlannerBase:
             self._obstacles.flags.writeable = self._occupied.flags.writeable = False
         self._inflate = inflate
         self._start = self._goal = None
-        self.verbose = verbose
+        self._verbose = bool(verbose)
         if start is not None:
             self.start = start
         if goal is not None:
@@ -102,6 +104,15 @@ class PlannerBase:
         """The grid that is planned on, (h, w), True where occupied or inflated; read-only, None without a grid."""
         return self._occupied
 
+    @property
+    def verbose(self) -> bool:
+        """Whether a line is printed about each plan and path."""
+        return self._verbose
+
+    @verbose.setter
+    def verbose(self, verbose: bool) -> None:
+        self._verbose = bool(verbose)
+
     def isoccupied(self, p: ArrayLike) -> bool:
         """Return whether the cell of a point is occupied: True outside the grid, False if there is no grid.
 
@@ -124,8 +135,8 @@ class PlannerBase:
             Cell (x, y).
         dtype : data type, optional
             Of the result, int64 if not given.
-        name : {'start', 'goal'}
-            Which end it is: it decides the kind of error.
+        name : {'start', 'goal', 'root'}
+            Which point it is: it decides the kind of error.
 
         Returns
         -------
@@ -149,9 +160,51 @@ class PlannerBase:
                 raise occupied(f'{name} ({x}, {y}) is within {self._inflate:g} cells of an obstacle')
         return cell.astype(dtype) if dtype is not None else cell
 
-    def plan(self, goal: ArrayLike | None = None) -> None:
-        """Prepare the paths to a goal; each planner says how."""
-        raise NotImplementedError(f'{type(self).__name__} does not plan')
+    def plan(
+        self,
+        goal: ArrayLike | None = None,
+        animate: bool = False,
+        *,
+        progress: bool | Callable[[float], None] = True,
+        verbose: bool = False,
+        summary: bool = False,
+        movie: str | Path | tuple | None = None,
+        stop: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """Prepare the paths to a goal.
+
+        Parameters
+        ----------
+        goal : (2,) array_like, optional
+            Cell (x, y); the one set before if not given.
+        animate : bool
+            Whether to show in a window how the plan spread.
+        progress : bool or callable
+            Called with the share that is done, from 0 to 1, a few times a second and at the end. True is a bar, shown
+            only on a terminal and only if planning lasts.
+        verbose : bool
+            Whether to print a line about the plan, as the planner's own `verbose` does for all.
+        summary : bool
+            Whether to print all that ``str`` tells about the planner once it has planned.
+        movie : path, or tuple of path and float [s], optional
+            A .gif or .mp4 to write of how the plan spread, and the time between its frames. An .mp4 needs ffmpeg.
+        stop : (1,) ndarray of uint8, optional
+            Set ``stop[0]`` from another thread to give up; the plan before stays.
+
+        Raises
+        ------
+        NoMap
+            If there is no grid.
+        GoalOutside, GoalOccupied
+            If the goal is no free cell.
+        InvalidInput
+            If no goal was given.
+        Cancelled
+            If ``stop`` was set.
+        """
+        if goal is not None:
+            self.goal = goal
+        self._watch_plan(self._plan, animate, progress, verbose, summary, movie, stop)
 
     def next(self, position: ArrayLike) -> NDArray[np.int64] | None:
         """Return the cell after ``position`` on the way to the goal; each planner says how."""
@@ -162,23 +215,42 @@ class PlannerBase:
         return False
 
     def query(
-        self, start: ArrayLike | None = None, goal: ArrayLike | None = None, dtype: DTypeLike = None,
-    ) -> NDArray:
+        self,
+        start: ArrayLike | None = None,
+        goal: ArrayLike | None = None,
+        dtype: DTypeLike = None,
+        next: bool = True,
+        animate: bool = False,
+        movie: str | Path | tuple | None = None,
+        verbose: bool = False,
+        *,
+        stop: NDArray[np.uint8] | None = None,
+    ) -> NDArray | tuple[NDArray, NamedTuple]:
         """Return the path from start to goal.
 
         Parameters
         ----------
-        start : (2,) array_like, optional
-            Cell (x, y); the one set before if not given.
-        goal : (2,) array_like, optional
+        start : (2,) or (3,) array_like, optional
+            Cell (x, y), or configuration (x, y, theta) where the planner has headings; the one set before if not given.
+        goal : (2,) or (3,) array_like, optional
             The present goal if not given; another one is planned for.
         dtype : data type, optional
-            Of the result, int64 if not given.
+            Of the path; if not given, int64 of cells and float64 of configurations.
+        next : bool
+            Whether to go to the goal; if not, both ends are checked and the path is the start alone.
+        animate : bool
+            Whether to show in a window how the robot drives.
+        movie : path, or tuple of path and float [s], optional
+            A .gif or .mp4 to write of it, and the time between its frames. An .mp4 needs ffmpeg.
+        verbose : bool
+            Whether to print a line about the path, as the planner's own `verbose` does for all.
+        stop : (1,) ndarray of uint8, optional
+            Set ``stop[0]`` from another thread to give up.
 
         Returns
         -------
-        (N, 2) ndarray
-            Cells from start to goal, both included; one row if they are the same.
+        (N, 2) or (N, 3) ndarray
+            From start to goal, both included; one row if they are the same. Planners that say so return a status too.
 
         Raises
         ------
@@ -190,108 +262,18 @@ class PlannerBase:
             If nothing was planned.
         InvalidInput
             If no start was given.
+        Cancelled
+            If ``stop`` was set.
         """
-        if start is not None:
-            self.start = start
-        # Kept apart from `self.start`: another thread may query the same plan.
-        cell = self.start if start is None else self.validate_endpoint(start)
-        if cell is None:
-            raise InvalidInput('no start was given')
-        if goal is not None:
-            self.goal = goal
-            if not self.has_plan():
-                self.plan()
-        path = self._path(cell)
-        return path.astype(dtype) if dtype is not None else path
-
-    def plot(
-        self,
-        path: ArrayLike | None = None,
-        *,
-        line: Sequence[Mapping] | None = None,
-        background: bool = True,
-        start_marker: Mapping | None = None,
-        goal_marker: Mapping | None = None,
-        start: ArrayLike | None = None,
-        goal: ArrayLike | None = None,
-        ax: Axes | None = None,
-        bgargs: Mapping | None = None,
-    ) -> Axes:
-        """Draw grid, path, start and goal.
-
-        Parameters
-        ----------
-        path : (N, 2) array_like, optional
-            Cells (x, y).
-        line : sequence of dict, optional
-            Matplotlib line properties, one line drawn on the other; striped yellow on black if not given.
-        background : bool
-            Whether to call `plot_bg`.
-        start_marker, goal_marker : dict, optional
-            Matplotlib properties; a circle and a star if not given.
-        start, goal : (2,) array_like, optional
-            The planner's own if not given.
-        ax : Axes, optional
-            A new figure's if not given.
-        bgargs : dict, optional
-            Further arguments of `plot_bg`.
-
-        Returns
-        -------
-        Axes
-            Write the picture with ``ax.figure.savefig``.
-        """
-        from mobile_planning.drawing import maps
-
-        ax = self._axes(ax)
-        if background:
-            self.plot_bg(ax=ax, **(bgargs or {}))
-        if path is not None and len(path):
-            maps.draw_path(ax, path, line=line or maps.STRIPED_LINE, label='path')
-        start, goal = self.start if start is None else start, self.goal if goal is None else goal
-        if start is not None:
-            maps.draw_pose(ax, start, start_marker or maps.START_MARKER, label='start')
-        if goal is not None:
-            maps.draw_pose(ax, goal, goal_marker or maps.GOAL_MARKER, label='goal')
-        maps.draw_legend(ax)
-        return ax
-
-    def plot_bg(
-        self,
-        distance: ArrayLike | None = None,
-        cmap: str = 'gray',
-        ax: Axes | None = None,
-        *,
-        inflated: bool = True,
-        colorbar: bool = True,
-    ) -> Axes:
-        """Draw what is planned on: a distance field if there is one, else the grid.
-
-        Parameters
-        ----------
-        distance : (h, w) array_like, optional
-            Drawn in place of the planner's own ``distancemap``.
-        cmap : str
-            Colour map of the field; small values are its first colours.
-        ax : Axes, optional
-            A new figure's if not given.
-        inflated : bool
-            Whether to show the cells that inflation occupied in pink, where there is no field.
-        colorbar : bool
-
-        Returns
-        -------
-        Axes
-        """
-        from mobile_planning.drawing import maps
-
-        ax = self._axes(ax)
-        distance = getattr(self, 'distancemap', None) if distance is None else distance
-        if distance is not None:
-            maps.draw_field(ax, distance, 1.0, _CORNER, cmap=cmap, label='distance to goal [cells]', colorbar=colorbar)
-        elif self._occupied is not None:
-            maps.draw_cells(ax, self._obstacles, self._occupied if inflated else self._obstacles, 1.0, _CORNER)
-        return ax
+        begin = self._take_ends(start, goal, movie)
+        if next and goal is not None and not self.has_plan():
+            self.plan(stop=stop)
+        if not next:
+            return begin[None].astype(dtype) if dtype is not None else begin[None]
+        path, status = self._solve(begin, stop)
+        self._show_path(path, status, verbose, animate, movie)
+        path = path.astype(dtype) if dtype is not None else path
+        return path if status is None else (path, status)
 
     def __str__(self) -> str:
         return '\n  '.join([f'{type(self).__name__}:', *self._facts()])
@@ -303,7 +285,49 @@ class PlannerBase:
         else:
             height, width = self._occupied.shape
             grid = f'{width} x {height} cells, {self._occupied.mean():.1%} occupied'
-        return [f'grid: {grid}', f'start: {_cell_text(self.start)}', f'goal: {_cell_text(self.goal)}']
+        return [f'grid: {grid}', f'start: {_end_text(self.start)}', f'goal: {_end_text(self.goal)}']
+
+    def _plan(self, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> None:
+        """Plan until done or ``stop[0]`` is set; ``done`` counts what is done, and of how much."""
+        raise NotImplementedError(f'{type(self).__name__} does not plan')
+
+    def _watch_plan(self, work, animate, progress, verbose, summary, movie, stop):
+        """Do the work of planning and show it in all ways that are asked for."""
+        if movie is not None:
+            film_of(movie)
+        with_progress(work, progress, stop, type(self).__name__)
+        if self.verbose or verbose:
+            print(f'{type(self).__name__}: {self._facts()[-1]}')
+        if summary:
+            print(self)
+        if animate or movie is not None:
+            self._animate_plan(animate, movie)
+
+    def _take_ends(self, start, goal, movie):
+        """Set the ends that are given, and return the start."""
+        if movie is not None:
+            film_of(movie)
+        if start is not None:
+            self.start = start
+        # Kept apart from `self.start`: another thread may query the same plan.
+        begin = self.start if start is None else self.validate_endpoint(start)
+        if begin is None:
+            raise InvalidInput('no start was given')
+        if goal is not None:
+            self.goal = goal
+        return begin
+
+    def _show_path(self, path, status, verbose, animate, movie):
+        """Show a path in all ways that are asked for."""
+        if self.verbose or verbose:
+            print(f'{type(self).__name__}: {len(path)} points from {_end_text(path[0])} to {_end_text(path[-1])}'
+                  f'{"" if status is None else f", cost {status.cost:g}"}')
+        if animate or movie is not None:
+            self._animate_path(path, animate, movie)
+
+    def _solve(self, start: NDArray, stop: NDArray[np.uint8] | None) -> tuple[NDArray, NamedTuple | None]:
+        """Return the path from a valid start and its status, if the planner has one."""
+        return self._path(start), None
 
     def _path(self, start: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the path (N, 2) from a free cell, step by step; a planner that knows a faster way overrides this."""
@@ -331,15 +355,6 @@ class PlannerBase:
         height, width = self._occupied.shape
         return 0 <= x < width and 0 <= y < height
 
-    def _axes(self, ax):
-        """Return the given axes, or those of a new figure around the grid."""
-        from mobile_planning.drawing import maps
-
-        if ax is None:
-            height, width = (10, 10) if self._occupied is None else self._occupied.shape
-            _, ax = maps.new_figure(width, height, type(self).__name__, unit='cells')
-        return ax
-
 
 def _grown(occupied, radius):
     """Return the cells whose centre is at most ``radius`` cells from the centre of an occupied one."""
@@ -348,5 +363,5 @@ def _grown(occupied, radius):
     return distance_transform_edt(~occupied) <= radius * (1 + 1e-9) if occupied.any() else occupied.copy()
 
 
-def _cell_text(cell):
-    return 'none' if cell is None else '({}, {})'.format(*cell)
+def _end_text(end):
+    return 'none' if end is None else '({})'.format(', '.join(f'{value:g}' for value in end))

@@ -27,6 +27,7 @@ def cost_to_go(
     metric: str = 'euclidean',
     corner_cutting: bool = True,
     stop: NDArray[np.uint8] | None = None,
+    done: NDArray[np.int64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the length of the shortest path from every cell to the goal.
 
@@ -42,6 +43,8 @@ def cost_to_go(
         Whether a diagonal step may pass an occupied cell at its side; if not, both cells beside it must be free.
     stop : (1,) ndarray of uint8, optional
         Set ``stop[0]`` from another thread to end the search.
+    done : (2,) ndarray of int64, optional
+        Read it from another thread: the search has passed about ``done[0]`` of ``done[1]`` cells.
 
     Returns
     -------
@@ -78,7 +81,9 @@ def cost_to_go(
     field = np.empty(grid.shape)
     moves = _moves(metric == 'euclidean', bool(corner_cutting))
     stop = np.zeros(1, np.uint8) if stop is None else stop
-    if not kernels.fill_cost_to_go(field, grid, x, y, moves, stop):
+    done = np.zeros(2, np.int64) if done is None else done
+    done[:] = 0, grid.size
+    if not kernels.fill_cost_to_go(field, grid, x, y, moves, stop, done):
         raise Cancelled(f'the cost-to-go field to cell ({x}, {y}) was stopped before it was complete')
     return field
 

@@ -147,8 +147,8 @@ def with_room(queue, count, more):
     return grown
 
 
-@njit(b1(i8[::1], CELLS_IN_A_ROW, i8, i8, CELLS, u1[::1]), nogil=True, cache=True)
-def spread(states, around, width, goal, moves, stop):
+@njit(b1(i8[::1], CELLS_IN_A_ROW, i8, i8, CELLS, u1[::1], i8[::1]), nogil=True, cache=True)
+def spread(states, around, width, goal, moves, stop, done):
     """Search from the goal until every reachable cell has its shortest path; return False when stopped before that."""
     step = MOVE_X + width * MOVE_Y
     now, near, far = np.empty(1024, np.uint32), np.empty(1024, np.uint32), np.empty(1024, np.uint32)
@@ -158,6 +158,7 @@ def spread(states, around, width, goal, moves, stop):
     while now_count + near_count + far_count > 0:
         if stop[0]:
             return False
+        done[0] += now_count
         near, far = with_room(near, near_count, 8 * now_count + 1), with_room(far, far_count, 4 * now_count + 1)
         for i in range(now_count):
             cell = np.uint64(now[i])
@@ -189,9 +190,12 @@ def spread(states, around, width, goal, moves, stop):
     return True
 
 
-@njit(b1(f8[:, ::1], CELLS, i8, i8, CELLS, u1[::1]), nogil=True, cache=True)
-def fill_cost_to_go(field, occupied, goal_x, goal_y, moves, stop):
-    """Fill ``field`` with the path length to the goal; return False when ``stop[0]`` was set before it was done."""
+@njit(b1(f8[:, ::1], CELLS, i8, i8, CELLS, u1[::1], i8[::1]), nogil=True, cache=True)
+def fill_cost_to_go(field, occupied, goal_x, goal_y, moves, stop, done):
+    """Fill ``field`` with the path length to the goal; return False when ``stop[0]`` was set before it was done.
+
+    The cells that the search has passed are counted in ``done[0]``.
+    """
     height, width = field.shape
     # The states lie in the field's own memory.
     states = field.reshape(field.size).view(np.int64)
@@ -201,7 +205,7 @@ def fill_cost_to_go(field, occupied, goal_x, goal_y, moves, stop):
         for x in range(width):
             states[y * width + x] = BLOCKED if occupied[y, x] else UNREACHED
     around = occupied_neighbours(occupied, stop).reshape(field.size)
-    if not spread(states, around, width, goal_y * width + goal_x, moves, stop):
+    if not spread(states, around, width, goal_y * width + goal_x, moves, stop, done):
         return False
     for y in range(height):
         for x in range(width):

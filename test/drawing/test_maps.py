@@ -51,7 +51,7 @@ def test_a_path_with_poses_and_a_legend_is_saved(tmp_path):
     maps.draw_pose(axes, (1, 1, 0.5), maps.START_MARKER, label='start')
     maps.draw_pose(axes, (20, 5), maps.GOAL_MARKER, label='goal')
     maps.draw_legend(axes)
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ['path', 'start', 'goal']
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ['path', 'start', 'goal']
     assert axes.get_title(loc='left') == 'a path' and axes.get_xlabel() == 'x [m]'
     maps.save(figure, tmp_path / 'path.png')
     assert (tmp_path / 'path.png').read_bytes().startswith(b'\x89PNG')

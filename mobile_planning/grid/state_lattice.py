@@ -1,0 +1,178 @@
+"""The states of a lattice on a grid, as integers, and what the kernels find among them."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from copy import copy
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.errors import Cancelled, LimitExceeded
+from mobile_planning.grid.motion_primitives import MotionPrimitive, octile_length
+from mobile_planning.world.cost_to_go import cost_to_go
+
+# Marks a vertex of the graph whose motions belong to it.
+EXPANDED = 1 << 15
+_FOR_EVER = 1 << 62
+
+
+class StateLattice:
+    """Cells times headings, the motions between them, and perhaps a graph grown from a root.
+
+    A state is ``cell * headings + heading``; cells are counted along the rows of the grid with an occupied border
+    around it that no motion can leave.
+
+    Parameters
+    ----------
+    occupied : (h, w) ndarray of bool
+    corner : (2,) sequence of int
+        Cell (x, y) of ``occupied[0, 0]``.
+    headings : int
+    motions : sequence of MotionPrimitive
+        Sorted by their first heading.
+    costs : (M,) ndarray
+        Of the motions, above 0.
+    corner_cutting : bool
+
+    Attributes
+    ----------
+    graph : (states,) ndarray of uint16, or None
+        How each vertex was found, see `lattice_kernels`.
+    vertices : (N,) ndarray of uint32
+        States in the order in which they were found.
+    edges : int
+    is_filled : bool
+        Whether the graph has all that the root reaches.
+    """
+
+    MAX_STATES = (1 << 32) - 1
+
+    def __init__(self, occupied: NDArray[np.bool_], corner: Sequence[int], headings: int,
+                 motions: Sequence[MotionPrimitive], costs: NDArray[np.float64], corner_cutting: bool):
+        swept = [_last_first(motion.swept_cells(corner_cutting), motion.end) for motion in motions]
+        border = int(max(np.abs(cells).max() for cells in swept))
+        height, width = np.add(occupied.shape, 2 * border).tolist()
+        if height * width * headings > self.MAX_STATES:
+            raise LimitExceeded(f'a lattice of {height * width * headings} states is above {self.MAX_STATES}')
+        self._occupied = np.ones((height, width), np.uint8)
+        self._occupied[border:height - border, border:width - border] = occupied
+        self._corner = np.subtract(corner, border)
+        self._headings = headings
+        self._first = np.searchsorted([motion.heading for motion in motions], np.arange(headings + 1))
+        shift = np.array([y * width + x for x, y in (motion.end for motion in motions)])
+        turned = [motion.end_heading - motion.heading for motion in motions]
+        self._step = shift * headings + turned
+        self._cost = np.ascontiguousarray(costs, float)
+        self._bounds = np.cumsum([0, *map(len, swept)])
+        self._swept = np.concatenate(swept) @ (1, width)
+        # No motion costs less than this for each cell of the crow's flight, and of the octile path over its cells.
+        self._per_cell = float(min(cost / np.hypot(*motion.end) for cost, motion in zip(costs, motions)))
+        lengths = [octile_length(motion, corner_cutting) for motion in motions]
+        self._per_step = float(min(costs / lengths)) * (1 - 1e-12)
+        self._corner_cutting = corner_cutting
+        self._field = (-1, None)
+        self.graph = self.vertices = None
+        self.edges, self.is_filled = 0, False
+
+    def state(self, cell: NDArray[np.int64], heading: int) -> int:
+        """Return the state of a cell (x, y) and a heading, or -1 outside the grid."""
+        x, y = (cell - self._corner).tolist()
+        height, width = self._occupied.shape
+        return (y * width + x) * self._headings + heading if 0 <= x < width and 0 <= y < height else -1
+
+    def has_vertex(self, cell: NDArray[np.int64], heading: int) -> bool:
+        """Return whether the graph has a state, in any heading if it is negative; without a graph it has all."""
+        state = self.state(cell, max(heading, 0))
+        if state < 0:
+            return False
+        return self.graph is None or bool(self.graph[state:state + (1 if heading >= 0 else self._headings)].any())
+
+    def cells_and_headings(self, states: NDArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the cells (N, 2) and headings (N,) of states."""
+        cells, headings = np.divmod(np.asarray(states, np.int64), self._headings)
+        y, x = np.divmod(cells, self._occupied.shape[1])
+        return np.column_stack([x, y]) + self._corner, headings
+
+    def grown(self, root: int, iterations: int | None, stop: NDArray[np.uint8],
+              done: NDArray[np.int64]) -> StateLattice | None:
+        """Return this lattice with the graph that ``iterations`` rounds reach from the root; None if stopped."""
+        from mobile_planning.grid import lattice_kernels as kernels
+
+        lattice = copy(self)
+        lattice.graph = np.zeros(self._occupied.size * self._headings, np.uint16)
+        done[:] = 0, int((self._occupied == 0).sum()) * self._headings
+        lattice.vertices, expanded, lattice.edges, _, finished = kernels.grow(
+            lattice.graph, self._occupied.ravel(), root, _FOR_EVER if iterations is None else iterations,
+            self._headings, self._first, self._step, self._bounds, self._swept, stop, done)
+        lattice.is_filled = expanded == len(lattice.vertices)
+        return lattice if finished else None
+
+    def motions_to(self, state: int) -> NDArray[np.uint16]:
+        """Return the motions by which a vertex of the graph was first reached from the root."""
+        from mobile_planning.grid import lattice_kernels as kernels
+
+        return kernels.motions_from_root(self.graph, state, self._step)
+
+    def free_motions(self, states: NDArray, motions: Sequence[MotionPrimitive]) -> Iterator[tuple[int, NDArray]]:
+        """Yield each motion with the cells (N, 2) from which it can be driven among these states."""
+        cells, headings = np.divmod(np.asarray(states, np.int64), self._headings)
+        occupied = self._occupied.ravel()
+        for i, motion in enumerate(motions):
+            begin = cells[headings == motion.heading]
+            crossed = begin[:, None] + self._swept[self._bounds[i]:self._bounds[i + 1]]
+            begin = begin[~occupied[crossed].any(axis=1)]
+            yield i, self.cells_and_headings(begin * self._headings)[0]
+
+    def cheapest(
+        self, start: tuple[NDArray[np.int64], int], goal: tuple[NDArray[np.int64], int],
+        stop: NDArray[np.uint8] | None = None,
+    ) -> tuple[list[int] | None, list[int], float]:
+        """Return the motions and states of the cheapest path, and its cost; None without a path.
+
+        Parameters
+        ----------
+        start, goal : tuple of (2,) ndarray and int
+            Cell (x, y) and heading; a negative heading of the goal means any.
+        stop : (1,) ndarray of uint8, optional
+            Set ``stop[0]`` from another thread to give up.
+
+        Raises
+        ------
+        Cancelled
+            If ``stop`` was set.
+        """
+        from mobile_planning.grid import lattice_kernels as kernels
+
+        stop = np.zeros(1, np.uint8) if stop is None else stop
+        states = self._occupied.size * self._headings
+        goal_cell = self.state(goal[0], 0) // self._headings
+        field = self._field_to(goal_cell, stop)
+        # Untouched pages of both cost nothing.
+        costs, came = np.empty(states), np.zeros(states, np.uint16)
+        graph = np.empty(0, np.uint16) if self.graph is None else self.graph
+        begin = self.state(*start)
+        state, cost, _ = kernels.search(
+            costs, came, graph, self._occupied.ravel(), field, self._occupied.shape[1], begin, goal_cell, goal[1],
+            self._headings, self._per_step, self._per_cell, self._first, self._step, self._cost, self._bounds,
+            self._swept, stop)
+        if state == -2:
+            raise Cancelled('the search of the lattice was stopped before it found a path')
+        if state < 0:
+            return None, [], np.inf
+        # The search marks its start as a graph marks its root.
+        motions = kernels.motions_from_root(came, state, self._step).tolist()
+        return motions, np.cumsum([begin, *self._step[motions].tolist()]).tolist(), float(cost)
+
+    def _field_to(self, goal_cell, stop):
+        """Return the lengths of octile paths to the goal's cell, those of the last goal kept."""
+        known, field = self._field
+        if known != goal_cell:
+            y, x = divmod(goal_cell, self._occupied.shape[1])
+            field = cost_to_go(self._occupied, (x, y), corner_cutting=self._corner_cutting, stop=stop).ravel()
+            self._field = (goal_cell, field)
+        return field
+
+
+def _last_first(cells, end):
+    """Return the cells that a motion crosses without its first, the last at the front."""
+    return np.array([end, *(cell for cell in cells.tolist() if tuple(cell) not in ((0, 0), end))])
