@@ -18,6 +18,7 @@ _HOMES = {
     'world.cost_to_go': ('cost_to_go',),
     'grid.planner': ('PlannerBase',),
     'grid.distance_transform': ('DistanceTransformPlanner',),
+    'grid.dstar': ('DstarPlanner',),
     'path_server': ('PathServer',),
     'fleet.kinematics': ('UnicycleKineModel',),
     'fleet.message': ('RobotMsg',),
