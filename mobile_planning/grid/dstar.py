@@ -95,7 +95,7 @@ class DstarPlanner(PlannerBase):
         if max_expansions is not None and max_expansions < 0:
             raise InvalidInput(f'max_expansions {max_expansions} is not at least 0')
         is_grid = costmap is None or isinstance(costmap, OccupancyGrid)
-        costs = None if is_grid else _positive_costs(costmap)
+        costs = None if is_grid else positive_costs(costmap)
         super().__init__(costmap if is_grid else np.isinf(costs), goal=goal, start=start, inflate=inflate,
                          occupied_from=occupied_from, unknown_is_free=unknown_is_free, verbose=verbose)
         self._planned_goal = self._field = None
@@ -319,7 +319,7 @@ class DstarPlanner(PlannerBase):
         return [*super()._facts(), f'plan: {planned}', f'expansions: {self.nexpand}']
 
 
-def _positive_costs(costmap):
+def positive_costs(costmap: ArrayLike) -> NDArray[np.float64]:
     """Return the cost map as an array of floats, none of them NaN or not above 0."""
     try:
         costs = np.asarray(costmap, dtype=float)

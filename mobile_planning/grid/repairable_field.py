@@ -41,9 +41,8 @@ class RepairableField:
     """
 
     def __init__(self, costs: NDArray[np.float64], corner_cutting: bool, max_expansions: int | None = None):
-        bordered = np.pad(np.asarray(costs, float), 1, constant_values=np.inf)
-        self._width = bordered.shape[1]
-        self._costs = bordered.reshape(-1)
+        self._width = costs.shape[1] + 2
+        self._costs = bordered(np.asarray(costs, float), np.inf).reshape(-1)
         self._corner_cutting = corner_cutting
         self._max_expansions = max_expansions
         self.blocked = np.isinf(costs)
@@ -129,7 +128,7 @@ class RepairableField:
         self._is_uniform = self._least == most
         place = (self._g, self._rhs, self._costs, self._width, goal)
         if self._is_uniform:
-            done = kernels.fill_uniform(*place, _canonical_moves(self._corner_cutting), most, stop)
+            done = kernels.fill_uniform(*place, canonical_moves_of(self._corner_cutting), most, stop)
         else:
             done = kernels.fill_weighted(*place, self._corner_cutting, stop)
         if not done:
@@ -205,8 +204,16 @@ class RepairableField:
         return view
 
 
+def bordered(cells: NDArray, value: float) -> NDArray:
+    """Return a copy (h + 2, w + 2) of an array with a border of one value."""
+    height, width = cells.shape
+    result = np.full((height + 2, width + 2), value, cells.dtype)
+    result[1:-1, 1:-1] = cells
+    return result
+
+
 @lru_cache(maxsize=None)
-def _canonical_moves(corner_cutting):
+def canonical_moves_of(corner_cutting: bool) -> NDArray[np.uint8]:
     """Return the table of moves on eight neighbours, made once for each rule."""
     from mobile_planning.world.cost_to_go_kernels import canonical_moves
 
