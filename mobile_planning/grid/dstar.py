@@ -53,8 +53,8 @@ class DstarPlanner(PlannerBase):
     inflate : float [cells]
         Obstacles are grown by a disc of this radius. Cells that are updated later count as they are told.
     max_expansions : int, optional
-        After so many expansions in a query the field is planned anew. If not given, as many as take about half the time
-        of a new plan.
+        After so many expansions in a repair, changed cells counted in, the field is planned anew. If not given, as many
+        as take about half the time of a new plan.
     occupied_from, unknown_is_free, verbose
         See `PlannerBase`.
 
