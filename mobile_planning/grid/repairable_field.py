@@ -11,7 +11,7 @@ from mobile_planning.errors import Cancelled
 # A repair gives up after this part of the cells that a full plan settles. Expanding a cell in a repair takes 30 to 100
 # times longer than settling it in a full plan of equal costs, 4 to 6 times with other costs: when it gives up it has
 # taken about half as long as the plan that follows.
-_SHARE_UNIFORM, _SHARE_WEIGHTED = 1 / 150, 1 / 12
+_SHARE_UNIFORM, _SHARE_WEIGHTED = 1 / 250, 1 / 12
 _FEWEST_EXPANSIONS = 100
 # A queue with more entries than this, and than twice what remained of it the last time, is searched for dead ones.
 _QUEUE_SIZE = 4096
