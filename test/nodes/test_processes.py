@@ -185,4 +185,4 @@ def test_a_restarted_map_server_brings_its_map_to_the_planner(ros, start, tmp_pa
     assert outcome(3.5) == 0
     start('map_server', '--ros-args', '-p', f'yaml_filename:={second}')
     ros.until(lambda: outcome(30.5) == 0)
-    assert occupancy_grid(ros.call(GetMap, '/map_server/map').map).shape == (4, 40)
+    assert occupancy_grid(ros.call_restarted(GetMap, '/map_server/map').map).shape == (4, 40)
