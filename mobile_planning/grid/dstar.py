@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -140,36 +141,13 @@ class DstarPlanner(PlannerBase):
             self._field.plan(goal, None)
         return np.where(self._occupied, np.nan, self._field.values())
 
-    def plan(self, goal: ArrayLike | None = None, *, stop: NDArray[np.uint8] | None = None) -> None:
-        """Compute the cost-to-go of every cell.
-
-        Parameters
-        ----------
-        goal : (2,) array_like, optional
-            Cell (x, y); the one set before if not given.
-        stop : (1,) ndarray of uint8, optional
-            Set ``stop[0]`` from another thread to give up; the plan is finished by the next query.
-
-        Raises
-        ------
-        NoMap
-            If there is no cost map.
-        GoalOutside, GoalOccupied
-            If the goal is no free cell.
-        InvalidInput
-            If no goal was given.
-        Cancelled
-            If ``stop`` was set.
-        """
+    def _plan(self, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> None:
+        """Compute the cost-to-go of every cell; a plan that was stopped is finished by the next query."""
         self._require_grid()
-        if goal is not None:
-            self.goal = goal
         if self.goal is None:
             raise InvalidInput('no goal was given')
         self._planned_goal = self.validate_endpoint(self.goal, name='goal')
-        self._field.plan(self._field.index(*self.goal.tolist()), stop)
-        if self.verbose:
-            print(f'{type(self).__name__}: {self._field.reached} cells reach the goal {tuple(self.goal.tolist())}')
+        self._field.plan(self._field.index(*self.goal.tolist()), stop, done)
 
     def has_plan(self) -> bool:
         """Return whether there is a plan for the present goal."""
@@ -197,7 +175,10 @@ class DstarPlanner(PlannerBase):
         self,
         start: ArrayLike | None = None,
         sensor: Callable[[tuple[int, int]], Iterable] | None = None,
+        animate: bool = False,
+        verbose: bool = False,
         *,
+        movie: str | Path | tuple | None = None,
         stop: NDArray[np.uint8] | None = None,
     ) -> tuple[NDArray[np.int64], _DstarStatus]:
         """Return the path from start to goal and its cost.
@@ -209,6 +190,8 @@ class DstarPlanner(PlannerBase):
         sensor : callable, optional
             Called with each cell (x, y) that the robot comes to, the goal excepted. Returns a list of (x, y, new cost)
             that holds from then on, empty if nothing is new; the rest of the path is replanned.
+        animate, verbose, movie
+            As in `PlannerBase.query`.
         stop : (1,) ndarray of uint8, optional
             Set ``stop[0]`` from another thread to give up; the next query goes on from there.
 
@@ -234,18 +217,17 @@ class DstarPlanner(PlannerBase):
         Cancelled
             If ``stop`` was set.
         """
-        start = self.start if start is None else start
-        if start is None:
-            raise InvalidInput('no start was given')
-        self.start = start
+        begin = self._take_ends(start, None, movie)
         self._require_plan()
         before = self.nexpand
-        path, replanned = self._best_path(self._field.index(*self.start.tolist()), stop)
+        path, replanned = self._best_path(self._field.index(*begin.tolist()), stop)
         if sensor is None:
             cost = self._field.cost_of(path)
         else:
             path, cost, replanned = self._walk(path, sensor, stop, replanned)
-        return self._field.cells(path), _DstarStatus(np.float64(cost), self.nexpand - before, replanned)
+        cells, status = self._field.cells(path), _DstarStatus(np.float64(cost), self.nexpand - before, replanned)
+        self._show_path(cells, status, verbose, animate, movie)
+        return cells, status
 
     def next(self, position: ArrayLike) -> NDArray[np.int64] | None:
         """Return the cell after ``position`` on the way to the goal.
@@ -315,8 +297,9 @@ class DstarPlanner(PlannerBase):
         return is_new
 
     def _facts(self) -> list[str]:
-        planned = 'none' if self._planned_goal is None else f'{self._field.reached} cells reach the goal'
-        return [*super()._facts(), f'plan: {planned}', f'expansions: {self.nexpand}']
+        planned = 'none' if self._planned_goal is None else (
+            '{} cells reach the goal ({}, {})'.format(self._field.reached, *self._planned_goal))
+        return [*super()._facts(), f'expansions: {self.nexpand}', f'plan: {planned}']
 
 
 def positive_costs(costmap: ArrayLike) -> NDArray[np.float64]:

@@ -130,8 +130,8 @@ def cost_range(costs):
     return least, most
 
 
-@njit(b1(f8[::1], f8[::1], COSTS, i8, i8, CELLS, f8, u1[::1]), nogil=True, cache=True)
-def fill_uniform(g, rhs, costs, width, goal, moves, cost, stop):
+@njit(b1(f8[::1], f8[::1], COSTS, i8, i8, CELLS, f8, u1[::1], i8[::1]), nogil=True, cache=True)
+def fill_uniform(g, rhs, costs, width, goal, moves, cost, stop, done):
     """Fill both fields where every free cell has the same cost; return False if stopped before that."""
     states = g.view(np.int64)
     blocked = np.empty(g.size, np.uint8)
@@ -139,7 +139,7 @@ def fill_uniform(g, rhs, costs, width, goal, moves, cost, stop):
         blocked[cell] = costs[cell] == np.inf
         states[cell] = BLOCKED if blocked[cell] else UNREACHED
     around = occupied_neighbours(blocked.reshape(g.size // width, width), stop).reshape(g.size)
-    if stop[0] or not spread(states, around, width, goal, moves, stop):
+    if stop[0] or not spread(states, around, width, goal, moves, stop, done):
         return False
     for cell in range(g.size):
         state = states[cell]
@@ -147,18 +147,17 @@ def fill_uniform(g, rhs, costs, width, goal, moves, cost, stop):
     return True
 
 
-@njit(b1(f8[::1], f8[::1], COSTS, i8, i8, b1, u1[::1]), nogil=True, cache=True)
-def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop):
+@njit(b1(f8[::1], f8[::1], COSTS, i8, i8, b1, u1[::1], i8[::1]), nogil=True, cache=True)
+def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
     """Fill both fields by a Dijkstra search; return False if stopped before that."""
     steps = steps_of(width)
     g[:] = np.inf
     g[goal] = 0.0
     keys, cells = np.empty(1024), np.empty(1024, np.uint32)
     count = push(keys, cells, 0, 0.0, goal)
-    pops = 0
     while count > 0:
-        pops += 1
-        if pops & 1023 == 0 and stop[0]:
+        done[0] += 1
+        if done[0] & 1023 == 0 and stop[0]:
             return False
         key, cell = keys[0], np.uint64(cells[0])
         count = drop_first(keys, cells, count)

@@ -117,11 +117,16 @@ class RepairableField:
             self._is_stale = sum(map(len, self._changed)) > self._most_expansions()
         return wrong, is_new
 
-    def plan(self, goal: int, stop: NDArray[np.uint8] | None) -> None:
-        """Compute the whole field to a goal at the costs that hold now; raise Cancelled if stopped."""
+    def plan(self, goal: int, stop: NDArray[np.uint8] | None, done: NDArray[np.int64] | None = None) -> None:
+        """Compute the whole field to a goal at the costs that hold now; raise Cancelled if stopped.
+
+        ``done`` (2,) counts the cells that the search has passed, and of how many.
+        """
         from mobile_planning.grid import dstar_kernels as kernels
 
         stop = np.zeros(1, np.uint8) if stop is None else stop
+        done = np.zeros(2, np.int64) if done is None else done
+        done[:] = 0, self._costs.size
         if self._g is None:
             self._g, self._rhs = np.empty_like(self._costs), np.empty_like(self._costs)
         self._goal, self._is_stale = goal, True
@@ -130,10 +135,10 @@ class RepairableField:
         self._is_uniform = self._least == most
         place = (self._g, self._rhs, self._costs, self._width, goal)
         if self._is_uniform:
-            done = kernels.fill_uniform(*place, canonical_moves_of(self._corner_cutting), most, stop)
+            is_filled = kernels.fill_uniform(*place, canonical_moves_of(self._corner_cutting), most, stop, done)
         else:
-            done = kernels.fill_weighted(*place, self._corner_cutting, stop)
-        if not done:
+            is_filled = kernels.fill_weighted(*place, self._corner_cutting, stop, done)
+        if not is_filled:
             raise Cancelled('the plan to goal ({}, {}) was stopped before it was complete'.format(*self.cell(goal)))
         self._is_stale = False
         self._keyed_for, self._keyed_least, self._offset = goal, self._least, 0.0

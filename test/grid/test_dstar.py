@@ -394,3 +394,19 @@ def test_the_dynamic_scenarios_are_reproduced(data_folder):
     starts, goal = [(6, 144), (140, 100), (40, 20)], (277, 165)
     errors = list(movingai_dynamic.errors_of_a_fixed_goal(shape, commands, starts, goal, every=9))
     assert len(errors) == 49 and max(errors) < 1e-9
+
+
+def test_the_documents_options_of_plan_and_query_are_served(capsys, tmp_path):
+    planner, shares = DstarPlanner(np.ones((30, 40)), goal=(1, 1)), []
+    planner.plan(progress=shares.append, summary=True)
+    assert shares[-1] == 1.0 and 'expansions: ' in capsys.readouterr().out
+    path, status = planner.query((38, 28), verbose=True, movie=tmp_path / 'drive.gif')
+    assert f'{len(path)} points' in capsys.readouterr().out
+    assert (tmp_path / 'drive.gif').read_bytes().startswith(b'GIF8')
+
+
+def test_the_progress_of_a_weighted_plan_grows_to_the_end():
+    costs, done = np.random.default_rng(1).uniform(1, 9, (40, 50)), np.zeros(2, np.int64)
+    planner = DstarPlanner(costs, goal=(0, 0))
+    planner._plan(np.zeros(1, np.uint8), done)
+    assert done[0] >= 40 * 50 and done[1] >= 40 * 50
