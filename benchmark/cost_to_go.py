@@ -1,26 +1,25 @@
-"""The cost-to-go field side by side with dijkstra3d and roboticstoolbox-python: ``python benchmark/cost_to_go.py``.
+"""The cost-to-go field side by side with other packages: ``python -m benchmark.cost_to_go [MAP.yaml ...]``.
 
 The same field of the same grids, 8-connected with corner cutting, by each package in turn in one run; medians of
-alternating runs. A ratio is the peer's time over ours. The error is the largest difference [cells] from scipy's
-Dijkstra on an explicit graph, whose own sums of floats drift by up to 1e-9.
+alternating runs, in milliseconds. A ratio is the peer's time over ours. An error is the largest difference [cells] from
+scipy's Dijkstra, whose own sums of floats drift by up to 1e-9; its graph is built beforehand and not timed.
 
-Wants dijkstra3d and roboticstoolbox-python 1.5.0 beside this package's own requirements; what is missing is named and
-left out. The toolbox takes seconds, so it runs once, and not on serpentines beyond 512 x 512, where it would take many
-minutes.
+Wants dijkstra3d, scikit-image and roboticstoolbox-python 1.5.0 beside this package's own requirements; what is missing
+is named and left out. The toolbox takes seconds, so it runs once, and not on serpentines beyond 512 x 512, where it
+would take many minutes.
 """
 import argparse
 import platform
 import time
 from importlib import metadata, util
+from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from benchmark.dijkstra import graph_of
 from mobile_planning.world.cost_to_go import cost_to_go, warm_up
-
-GOAL = (1, 1)
-PEERS = {'dijkstra3d': 'dijkstra3d', 'roboticstoolbox-python': 'roboticstoolbox'}
+from mobile_planning.world.map_io import load_map
 
 
 def empty(side):
@@ -31,7 +30,7 @@ def empty(side):
 def scattered(side):
     """Return a grid of which 20 % is occupied at random."""
     occupied = np.random.default_rng(0).random((side, side)) < 0.2
-    occupied[GOAL[1], GOAL[0]] = False
+    occupied[1, 1] = False
     return occupied
 
 
@@ -44,42 +43,46 @@ def serpentine(side):
     return occupied
 
 
-def exact_field(occupied):
-    """Return the field by scipy's Dijkstra."""
-    height, width = occupied.shape
-    cells = np.arange(occupied.size).reshape(height, width)
-    edges = []
-    for dx, dy in ((1, 0), (0, 1), (1, 1), (-1, 1)):
-        here = np.s_[:height - dy, max(0, -dx):width - max(0, dx)]
-        there = np.s_[dy:, max(0, dx):width + min(0, dx)]
-        joined = ~occupied[here] & ~occupied[there]
-        edges.append((cells[here][joined], cells[there][joined], np.full(joined.sum(), np.hypot(dx, dy))))
-    rows, columns, lengths = map(np.concatenate, zip(*edges))
-    graph = coo_array((lengths, (rows, columns)), shape=(occupied.size,) * 2).tocsr()
-    field = dijkstra(graph, directed=False, indices=cells[GOAL[1], GOAL[0]]).reshape(occupied.shape)
-    field[occupied] = np.nan
-    return field
+def with_scipy(occupied, goal):
+    """Return a function that computes the field with scipy's Dijkstra."""
+    graph = graph_of(np.where(occupied, np.inf, 1.0))
+    index = goal[1] * occupied.shape[1] + goal[0]
+    return lambda: dijkstra(graph, directed=False, indices=index).reshape(occupied.shape)
 
 
-def with_dijkstra3d(occupied):
+def with_dijkstra3d(occupied, goal):
     """Return a function that computes the field with dijkstra3d."""
     import dijkstra3d
 
     free = np.asfortranarray(~occupied.T).astype(np.uint8)
-    return lambda: dijkstra3d.euclidean_distance_field(free, GOAL).T
+    return lambda: dijkstra3d.euclidean_distance_field(free, goal).T
 
 
-def with_toolbox(occupied):
+def with_skimage(occupied, goal):
+    """Return a function that computes the field with scikit-image."""
+    from skimage.graph import MCP_Geometric
+
+    costs = np.where(occupied, -1.0, 1.0)
+    return lambda: MCP_Geometric(costs).find_costs([goal[::-1]])[0]
+
+
+def with_toolbox(occupied, goal):
     """Return a function that computes the field with roboticstoolbox-python."""
     from roboticstoolbox import DistanceTransformPlanner
 
     planner = DistanceTransformPlanner(occgrid=occupied.astype(int))
 
     def run():
-        planner.plan(goal=GOAL)
+        planner.plan(goal=goal)
         return planner.distancemap
 
     return run
+
+
+#: By package: the module to look for and what makes the function to time.
+PEERS = {'dijkstra3d': ('dijkstra3d', with_dijkstra3d), 'scipy': ('scipy', with_scipy),
+         'scikit-image': ('skimage', with_skimage), 'roboticstoolbox-python': ('roboticstoolbox', with_toolbox)}
+SLOW = 'roboticstoolbox-python'
 
 
 def timed(function):
@@ -89,58 +92,50 @@ def timed(function):
     return time.perf_counter() - began, result
 
 
-def worst_error(field, exact):
-    """Return the largest difference on the cells that can be reached."""
-    reached = np.isfinite(exact)
-    return np.abs(np.asarray(field, float)[reached] - exact[reached]).max()
-
-
-def text_of_ratio(times, ours):
-    """Return the time of a peer and how many times ours it is."""
-    return f'{times * 1e3:>9.1f} ms {times / ours:>8.1f}x' if times else f'{"-":>12} {"-":>9}'
-
-
 def compare(name, occupied, peers, repeats):
-    """Print the row of one grid."""
-    def ours():
-        return cost_to_go(occupied, GOAL)
-
-    exact = exact_field(occupied)
-    reached = np.isfinite(exact).sum()
-    fast = with_dijkstra3d(occupied) if 'dijkstra3d' in peers else None
-    times, fast_times = [], []
-    errors = [worst_error(ours(), exact), worst_error(fast(), exact) if fast else np.nan]
-    for _ in range(repeats):
-        times.append(timed(ours)[0])
-        if fast:
-            fast_times.append(timed(fast)[0])
-    toolbox_time, toolbox_error = None, np.nan
-    if 'roboticstoolbox-python' in peers and not (name == 'serpentine' and len(occupied) > 512):
-        toolbox_time, field = timed(with_toolbox(occupied))
-        toolbox_error = worst_error(field, exact)
-    time_of_ours = np.median(times)
-    print(f'{len(occupied):>5} {name:<11} {time_of_ours * 1e3:>7.2f} ms {time_of_ours / reached * 1e9:>7.1f} '
-          f'{text_of_ratio(np.median(fast_times) if fast else None, time_of_ours)} '
-          f'{text_of_ratio(toolbox_time, time_of_ours)} '
-          f'{errors[0]:>9.1e} {errors[1]:>10.1e} {toolbox_error:>9.1e}', flush=True)
+    """Print the row of one grid; the goal is the free cell nearest to (1, 1)."""
+    free = np.argwhere(~occupied)[:, ::-1]
+    goal = tuple(free[np.abs(free - 1).sum(axis=1).argmin()].tolist())
+    exact = with_scipy(occupied, goal)()
+    reached = np.isfinite(exact)
+    runs = {'ours': lambda: cost_to_go(occupied, goal)}
+    runs |= {peer: PEERS[peer][1](occupied, goal) for peer in peers
+             if not (peer == SLOW and name == 'serpentine' and len(occupied) > 512)}
+    times, errors = {peer: [] for peer in runs}, {}
+    for round_ in range(repeats):
+        for peer, run in runs.items():
+            if peer != SLOW or round_ == 0:
+                spent, field = timed(run)
+                times[peer].append(spent)
+                errors[peer] = np.abs(np.asarray(field, float)[reached] - exact[reached]).max()
+    middle = {peer: np.median(spent) for peer, spent in times.items()}
+    cells = [f'{occupied.shape[1]:>5} {name:<11}', f'{middle["ours"] * 1e3:>8.2f}',
+             f'{middle["ours"] / reached.sum() * 1e9:>7.1f}', f'{errors["ours"]:>8.0e}']
+    for peer in peers:
+        cells.append(f'{middle[peer] * 1e3:>9.1f} {middle[peer] / middle["ours"]:>8.1f}x {errors[peer]:>7.0e}'
+                     if peer in runs else f'{"-":>27}')
+    print(' '.join(cells), flush=True)
 
 
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('maps', nargs='*', type=Path, help="further maps in Nav2's format")
     parser.add_argument('--sides', type=int, nargs='+', default=[512, 1024], help='cells along each side')
     parser.add_argument('--repeats', type=int, default=11, help='runs of each, alternating; the toolbox runs once')
     options = parser.parse_args()
-    peers = {package for package, module in PEERS.items() if util.find_spec(module)}
-    versions = [f'{package} {metadata.version(package)}' if package in {*peers, 'numpy', 'numba', 'scipy'} else
-                f'{package} is missing: its columns stay empty' for package in ('numpy', 'numba', 'scipy', *PEERS)]
-    print(f'Python {platform.python_version()}, {", ".join(versions)}')
-    print(f'{"side":>5} {"grid":<11} {"ours":>10} {"ns/cell":>7} {"dijkstra3d":>12} {"ratio":>9} '
-          f'{"toolbox":>12} {"ratio":>9} {"err ours":>9} {"dijkstra3d":>10} {"toolbox":>9}')
+    peers = [package for package, (module, _) in PEERS.items() if util.find_spec(module)]
+    print(f'Python {platform.python_version()},', ', '.join(
+        f'{package} {metadata.version(package)}' if package in ['numpy', 'numba', *peers] else f'{package} is missing'
+        for package in ('numpy', 'numba', *PEERS)))
+    print(f'{"side":>5} {"grid":<11} {"ours":>8} {"ns/cell":>7} {"error":>8}',
+          ' '.join(f'{peer[:9]:>9} {"ratio":>9} {"error":>7}' for peer in peers))
     warm_up()
     for side in options.sides:
         for grid in (empty, scattered, serpentine):
             compare(grid.__name__, grid(side), peers, options.repeats)
+    for path in options.maps:
+        compare(path.stem, load_map(path).occupied(), peers, options.repeats)
 
 
 if __name__ == '__main__':
