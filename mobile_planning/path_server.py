@@ -1,26 +1,29 @@
 """The current map and its planners, by name: poses in metres in, paths in metres out.
 
-A plan is kept while its goal and the map stand, so that a second query to the same goal only walks down the field.
+A plan is kept while its goal stands and no change of the map concerns it, so that a second query to the same goal only
+walks down the field.
 """
 from __future__ import annotations
 
 import threading
 import time
-from collections import OrderedDict
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import (
     GoalOccupied, GoalOutside, InvalidInput, InvalidPlanner, NoMap, NoPath, StartOccupied, StartOutside)
-from mobile_planning.grid.distance_transform import DistanceTransformPlanner
+from mobile_planning.geometry import wrap_angle
+from mobile_planning.grid_routes import PLANS, KeptPlans, Rules
+from mobile_planning.planning_map import PlanningMap, nearest, place
 from mobile_planning.stop_flag import StopFlag
-from mobile_planning.world.cost_to_go import warm_up
-from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+from mobile_planning.warm_up import warm_up
+from mobile_planning.world.cost_to_go import cost_to_go
+from mobile_planning.world.occupancy_grid import OccupancyGrid
 
-_PLANNERS = {'distance_transform': DistanceTransformPlanner}
-_PLANS_KEPT = 4
+FIELD_PLANNERS = ('distance_transform', 'dstar')
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +33,11 @@ class PlannedPath:
     Attributes
     ----------
     poses : (N, 3) ndarray [m, m, rad]
-        From exactly the start to exactly the goal, each between on a cell centre and headed to the next.
+        From exactly the start to exactly the goal. Each between is on a cell centre and headed to the next, those of
+        the lattice on its curves and headed along them.
     cost : float [m]
-        Length of the path from the start's cell centre to the goal's.
+        Length of the path from the start's cell centre to the goal's; of a planner that heeds costs each part of it
+        times the cost there.
     planning_time : float [s]
     statistics : dict of str to str
         How the path came about.
@@ -57,13 +62,15 @@ class PathServer:
         Whether a diagonal step may pass an occupied cell at its side.
     unknown_is_free : bool
         Whether unknown cells may be entered.
+    turning_radius : float [m]
+        Least radius of the lattice's curves.
 
     Raises
     ------
     InvalidPlanner
         If there is no planner of that id.
     InvalidInput
-        If the radius is negative or not finite.
+        If a radius is negative or not finite, or the turning radius 0.
 
     Examples
     --------
@@ -86,21 +93,38 @@ class PathServer:
         inflation_radius: float = 0.0,
         corner_cutting: bool = False,
         unknown_is_free: bool = False,
+        turning_radius: float = 0.5,
     ):
         _check_planner(default_planner)
         self._default_planner = default_planner
         self._inflation_radius = _number(inflation_radius, 'inflation radius', 'm')
         self._corner_cutting = bool(corner_cutting)
         self._unknown_is_free = bool(unknown_is_free)
+        self._turning_radius = _number(turning_radius, 'turning radius', 'm')
+        if self._turning_radius == 0:
+            raise InvalidInput('turning radius 0 m is not above 0')
         self._site = None
+        # What was updated since the map came: cost by cell.
+        self._told = {}
+        self._changing = threading.Lock()
 
     @property
     def planners(self) -> tuple[str, ...]:
         """Ids of the planners."""
-        return tuple(_PLANNERS)
+        return tuple(PLANS)
+
+    @property
+    def updates(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Cells (N, 2) whose costs were updated since the map came, and these costs (N,)."""
+        with self._changing:
+            cells = np.array(list(self._told), np.int64).reshape(-1, 2)
+            return cells, np.array(list(self._told.values()), float)
 
     def set_map(self, grid: OccupancyGrid) -> None:
         """Plan on another map from the next query on; queries under way finish on the one they began with.
+
+        Updates of the costs are forgotten. Plans are kept, and brought up to date when they are used, if the new map
+        has the size and the place of the old one.
 
         Parameters
         ----------
@@ -108,7 +132,86 @@ class PathServer:
         """
         # The kernels are loaded now, and not while a request waits.
         warm_up()
-        self._site = _Site(grid, self._inflation_radius, self._corner_cutting, self._unknown_is_free)
+        terrain = PlanningMap(grid, self._inflation_radius, self._unknown_is_free)
+        with self._changing:
+            self._told = {}
+            same = None if self._site is None else self._site.terrain.replaced(terrain)
+            if same is None:
+                rules = Rules(self._corner_cutting, self._turning_radius / grid.resolution)
+                self._site = _Site(terrain, KeptPlans(rules))
+            else:
+                self._site = self._site._replace(terrain=same)
+
+    def update_costs(self, cells: ArrayLike, costs: ArrayLike) -> None:
+        """Change the costs of cells from the next query on, until another map comes.
+
+        D* repairs its plans. Its costs and those of A* are weights; to the other planners a cell is blocked or free.
+
+        Parameters
+        ----------
+        cells : (N, 2) array_like of int
+            Cells (x, y) of the map; of a cell named twice the last one counts.
+        costs : (N,) array_like
+            1 for a free cell, any other number above 0 for a dearer or cheaper one, inf for a blocked one. They count
+            as they are told: a blocked cell does not grow by the inflation radius.
+
+        Raises
+        ------
+        NoMap
+            If no map was set.
+        InvalidInput
+            If a cell is not of the map or a cost not above 0; then nothing is changed.
+        LimitExceeded
+            If they are more than a million.
+        """
+        with self._changing:
+            site = self._require_site()
+            rows = site.terrain.checked_update(cells, costs)
+            if len(rows) == 0:
+                return
+            self._site = site._replace(terrain=site.terrain.updated(rows))
+            self._told.update(zip(map(tuple, rows[:, :2].astype(int).tolist()), rows[:, 2].tolist()))
+
+    def cost_to_go(
+        self,
+        goal: ArrayLike,
+        planner: str = 'distance_transform',
+        *,
+        deadline: float | None = None,
+        stop: NDArray[np.uint8] | None = None,
+    ) -> tuple[OccupancyGrid, NDArray[np.float64]]:
+        """Return the map and the cost from each of its cells to a goal.
+
+        Parameters
+        ----------
+        goal : (2,) or (3,) array_like [m, m, rad]
+            In a free cell.
+        planner : {'distance_transform', 'dstar'}
+            The second heeds the costs of the cells.
+        deadline, stop
+            See `plan_path`.
+
+        Returns
+        -------
+        grid : OccupancyGrid
+        field : (h, w) ndarray [m]
+            NaN if occupied, inf if the goal cannot be reached.
+
+        Raises
+        ------
+        PlanningError
+            As `plan_path`.
+        """
+        if planner not in FIELD_PLANNERS:
+            raise InvalidPlanner(f'planner {planner!r} has no field of costs: {", ".join(FIELD_PLANNERS)} have one')
+        goal = _pose(np.append(goal, 0.0)[:3], 'goal')
+        terrain, plans = self._require_site()
+        cell = terrain.cell(goal, 'goal', GoalOutside)
+        if terrain.occupied[cell[1], cell[0]]:
+            raise GoalOccupied(terrain.why_occupied(goal, cell, 'goal'))
+        flag = StopFlag(deadline, stop)
+        with flag, plans.plan(planner, cell, flag) as plan:
+            return terrain.grid, plan.field(terrain, flag.array) * terrain.grid.resolution
 
     def plan_path(
         self,
@@ -148,7 +251,8 @@ class PathServer:
         InvalidPlanner
             If there is no planner of that id.
         StartOutside, GoalOutside, StartOccupied, GoalOccupied
-            If an end is not in a free cell of the map.
+            If an end is not in a free cell of the map. A start that is only within the inflation radius of an
+            obstacle is left by the shortest way.
         NoPath
             If no path joins them.
         PlanningTimeout, Cancelled
@@ -165,134 +269,117 @@ class PathServer:
         tolerance = _number(tolerance, 'tolerance', 'm')
         if deadline is not None and not deadline > 0:
             raise InvalidInput(f'deadline {deadline} s is not above 0')
-        # One reference for the whole query: set_map may replace it meanwhile.
+        # One reference for the whole query: another map or update may replace it meanwhile.
+        terrain, plans = self._require_site()
+        query = _Query(terrain, plans, planner, StopFlag(deadline, stop))
+        with query.flag:
+            points, cost, statistics, end = query.answer(start, goal, tolerance)
+        query.flag.check()
+        grid, statistics = terrain.grid, {'planner': planner, **statistics, 'path_cells': str(len(points))}
+        points[:, :2] = grid.grid_to_world(points[:, :2] + 0.5)
+        return PlannedPath(_poses(points, start, end, grid.origin[2]), cost * grid.resolution,
+                           time.perf_counter() - began, statistics)
+
+    def _require_site(self):
         site = self._site
         if site is None:
             raise NoMap('no map has arrived yet')
+        return site
 
-        flag = StopFlag(deadline, stop)
-        start_cell = site.cell(start, 'start', StartOutside)
-        goal_cell = site.cell(goal, 'goal', GoalOutside)
-        if site.occupied[start_cell[1], start_cell[0]]:
-            raise StartOccupied(site.why_occupied(start, start_cell, 'start'))
-        end, moved = goal, 0.0
-        if site.occupied[goal_cell[1], goal_cell[0]]:
+
+class _Site(NamedTuple):
+    """A map and the plans made for it, always replaced together."""
+
+    terrain: PlanningMap
+    plans: KeptPlans
+
+
+class _Query(NamedTuple):
+    """What one query is answered with, from its beginning to its end."""
+
+    terrain: PlanningMap
+    plans: KeptPlans
+    planner: str
+    flag: StopFlag
+
+    def answer(self, start, goal, tolerance):
+        """Return points (N, 2) or (N, 3) in cells, their cost [cells], facts, and the pose at the end."""
+        terrain, facts = self.terrain, {}
+        begin = terrain.cell(start, 'start', StartOutside)
+        end = terrain.cell(goal, 'goal', GoalOutside)
+        if terrain.obstacles[begin[1], begin[0]]:
+            raise StartOccupied(terrain.why_occupied(start, begin, 'start'))
+        is_inside, way = bool(terrain.occupied[begin[1], begin[0]]), begin[None]
+        if terrain.occupied[end[1], end[0]]:
             if tolerance == 0.0:
-                raise GoalOccupied(site.why_occupied(goal, goal_cell, 'goal'))
-            goal_cell, moved = site.nearest_reachable(planner, start_cell, goal, goal_cell, tolerance, flag)
-            end = np.append(site.grid.cell_to_world(goal_cell), goal[2])
-
-        plan, reused = site.plan(planner, goal_cell, flag)
+                raise GoalOccupied(terrain.why_occupied(goal, end, 'goal'))
+            if is_inside:
+                way = self._way_out(start, begin, ~terrain.occupied)
+            end, moved = self._nearest_reachable(way[-1], goal, end, tolerance)
+            goal = np.append(terrain.grid.cell_to_world(end), goal[2])
+            facts['goal_moved'] = f'{moved:.3f} m'
+        elif is_inside:
+            with self.plans.plan('distance_transform', end, self.flag) as plan:
+                reaching = np.isfinite(plan.field(terrain, self.flag.array))
+            way = self._way_out(start, begin, reaching)
+        yaw, steps = terrain.grid.origin[2], np.diff(way, axis=0)
+        # A robot that has come out of the inflation is headed the way it came.
+        heading = np.arctan2(*steps[-1, ::-1]) if is_inside else start[2] - yaw
+        ends = np.append(way[-1], heading), np.append(end, goal[2] - yaw)
         try:
-            cells = plan.query(start_cell)
+            with self.plans.plan(self.planner, end, self.flag) as plan:
+                route = plan.route(terrain, *ends, self.flag.array)
         except NoPath:
-            raise NoPath(f'no path leads from start {_place(start)} to goal {_place(end)}') from None
-        flag.check()
-        statistics = {'planner': planner, 'plan': 'reused' if reused else 'computed', 'path_cells': str(len(cells))}
-        if moved:
-            statistics['goal_moved'] = f'{moved:.3f} m'
-        length = np.hypot(*np.diff(cells, axis=0).T).sum() * site.grid.resolution
-        return PlannedPath(_poses(site.grid.cell_to_world(cells), start, end), float(length),
-                           time.perf_counter() - began, statistics)
+            raise NoPath(f'no path leads from start {place(start)} to goal {place(goal)}') from None
+        points, cost = np.array(route.points, float), route.cost
+        if is_inside:
+            length = float(np.hypot(*steps.T).sum())
+            cost += length
+            facts['left_inflation'] = f'{length * terrain.grid.resolution:.3f} m'
+            before = np.column_stack([way, np.append(np.arctan2(*steps.T[::-1]), 0.0)])[:-1, :points.shape[1]]
+            points = np.concatenate([before, points])
+        return points, cost, {**route.facts, **facts}, goal
 
+    def _way_out(self, start, begin, wanted):
+        """Return the shortest way (N, 2) from within the inflation to a wanted cell."""
+        way = self.terrain.way_out(begin, wanted, self.plans.rules.corner_cutting, self.flag)
+        if way is None:
+            raise NoPath(f'no way leads out of the inflation around start {place(start)} to where the goal is reached; '
+                         + self.terrain.why_occupied(start, begin, 'start'))
+        return way
 
-class _Site:
-    """One map as the planners see it, with the plans made on it; nothing of it changes but the plans kept."""
-
-    def __init__(self, grid, inflation_radius, corner_cutting, unknown_is_free):
-        self.grid = grid
-        self._inflation_radius = inflation_radius
-        self._corner_cutting = corner_cutting
-        grown = grid.inflate(inflation_radius) if inflation_radius > 0 else grid
-        self.occupied = grown.occupied(unknown_is_free=unknown_is_free)
-        self.occupied.flags.writeable = False
-        self._plans = OrderedDict()
-        self._lock = threading.Lock()
-
-    def cell(self, pose, name, outside):
-        """Return the cell (2,) of a pose, or raise ``outside``."""
-        cell = self.grid.world_to_cell(pose[:2])
-        if not self.grid.contains(cell):
-            size = np.multiply((self.grid.width, self.grid.height), self.grid.resolution)
-            raise outside('{} {}, cell ({}, {}), is outside the map of {} x {} cells ({:g} x {:g} m from {})'.format(
-                name, _place(pose), *cell, self.grid.width, self.grid.height, *size, _place(self.grid.origin)))
-        return cell
-
-    def why_occupied(self, pose, cell, name):
-        """Return the sentence for a pose in an occupied cell."""
-        value = self.grid.data[cell[1], cell[0]]
-        if value >= OCCUPIED_FROM:
-            reason = 'occupied'
-        elif value == UNKNOWN and self._inflation_radius == 0:
-            reason = 'unknown'
-        else:
-            reason = f'unknown or within the inflation radius of {self._inflation_radius:g} m of an obstacle'
-        nearest = _nearest(~self.occupied, self.grid.world_to_grid(pose[:2]))
-        where = 'no cell is free' if nearest is None else (
-            'the nearest free cell ({}, {}) is {:.2f} m away'.format(*nearest[0], nearest[1] * self.grid.resolution))
-        return '{} {}, cell ({}, {}), is {}; {}'.format(name, _place(pose), *cell, reason, where)
-
-    def nearest_reachable(self, planner, start_cell, goal, goal_cell, tolerance, flag):
-        """Return the free cell nearest to the goal that the start reaches, and its distance [m]."""
-        # Steps go both ways: what reaches the start is what the start reaches.
-        field = self.plan(planner, start_cell, flag)[0].distancemap
-        found = _nearest(np.isfinite(field), self.grid.world_to_grid(goal[:2]))
-        distance = found[1] * self.grid.resolution
+    def _nearest_reachable(self, begin, goal, end, tolerance):
+        """Return the free cell nearest to the goal that is reached from a cell, and its distance [m]."""
+        terrain = self.terrain
+        field = cost_to_go(terrain.occupied, begin, corner_cutting=self.plans.rules.corner_cutting,
+                           stop=self.flag.array)
+        found = nearest(np.isfinite(field), terrain.grid.world_to_grid(goal[:2]))
+        distance = found[1] * terrain.grid.resolution
         if distance > tolerance * (1 + 1e-9):
-            raise GoalOccupied(self.why_occupied(goal, goal_cell, 'goal') + '; the nearest one that can be reached is '
+            raise GoalOccupied(terrain.why_occupied(goal, end, 'goal') + '; the nearest one that can be reached is '
                                f'{distance:.2f} m away, beyond the tolerance of {tolerance:g} m')
         return found[0], distance
 
-    def plan(self, name, goal_cell, flag):
-        """Return a planner with a plan for the goal, and whether it was there already."""
-        key = (name, *goal_cell.tolist())
-        with self._lock:
-            if key in self._plans:
-                self._plans.move_to_end(key)
-                return self._plans[key], True
-        planner = _PLANNERS[name](self.occupied, corner_cutting=self._corner_cutting)
-        with flag:
-            planner.plan(goal_cell, stop=flag.array)
-        with self._lock:
-            self._plans[key] = planner
-            while len(self._plans) > _PLANS_KEPT:
-                self._plans.popitem(last=False)
-        return planner, False
 
+def _poses(points, start, goal, yaw):
+    """Return the path's points (N, 2) or (N, 3) with start and goal for its ends, and a heading for each.
 
-def _nearest(wanted, point):
-    """Return the wanted cell (2,) whose centre is nearest to a point of the grid frame, and its distance [cells].
-
-    The window around the point grows until no cell outside it can be nearer. None if no cell is wanted.
+    Headings that the points have are relative to the grid's ``yaw``.
     """
-    x, y = np.floor(point).astype(int)
-    reach = 8
-    while True:
-        left, bottom = max(0, x - reach), max(0, y - reach)
-        window = wanted[bottom:y + reach + 1, left:x + reach + 1]
-        cells = np.argwhere(window)[:, ::-1] + (left, bottom)
-        distances = np.hypot(*(cells + 0.5 - point).T)
-        # Anything outside the window lies more than `reach` away in x or in y.
-        if len(cells) and (distances.min() <= reach or window.size == wanted.size):
-            return cells[distances.argmin()], float(distances.min())
-        if window.size == wanted.size:
-            return None
-        reach *= 2
-
-
-def _poses(points, start, goal):
-    """Return the path's points (N, 2) with start and goal for its ends, and a heading for each [m, m, rad]."""
     between = points[1:-1]
-    poses = np.concatenate([start[None], np.column_stack([between, np.zeros(len(between))]), goal[None]])
-    ahead = np.diff(poses[1:, :2], axis=0)
-    poses[1:-1, 2] = np.arctan2(ahead[:, 1], ahead[:, 0])
+    poses = np.concatenate([start[None], np.column_stack([between[:, :2], np.zeros(len(between))]), goal[None]])
+    if points.shape[1] == 3:
+        poses[1:-1, 2] = wrap_angle(between[:, 2] + yaw)
+    else:
+        ahead = np.diff(poses[1:, :2], axis=0)
+        poses[1:-1, 2] = np.arctan2(ahead[:, 1], ahead[:, 0])
     return poses
 
 
 def _check_planner(name):
     """Raise InvalidPlanner unless it is the id of a planner."""
-    if name not in _PLANNERS:
-        raise InvalidPlanner(f'planner {name!r} is not one of {", ".join(_PLANNERS)}')
+    if name not in PLANS:
+        raise InvalidPlanner(f'planner {name!r} is not one of {", ".join(PLANS)}')
 
 
 def _pose(values, name):
@@ -311,8 +398,3 @@ def _number(value, name, unit):
     if not (np.isfinite(value) and value >= 0):
         raise InvalidInput(f'{name} {value} {unit} is not a finite number of at least 0')
     return float(value)
-
-
-def _place(pose):
-    """Return the position of a pose as text."""
-    return f'({pose[0]:g}, {pose[1]:g})'

@@ -8,11 +8,17 @@ from hypothesis import strategies as st
 
 from mobile_planning import errors
 from mobile_planning.path_server import PathServer
+from mobile_planning.world.cost_to_go import cost_to_go
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 # Two rooms of 3 x 2 m with a door at the top; the wall is at x = 3 m.
 ROOMS = np.zeros((20, 60), np.int8)
 ROOMS[:-4, 30] = 100
+
+
+PLANNERS = ('distance_transform', 'dstar', 'astar', 'lattice', 'bug2')
+OPTIMAL = PLANNERS[:3]
+FREE = (0.5, 0.5, 0.0)
 
 
 def server_on(data=ROOMS, resolution=0.1, origin=(0, 0, 0), **options):
@@ -59,7 +65,9 @@ def test_a_second_query_to_the_goal_reuses_the_plan_until_the_map_changes():
     plans = [server.plan_path('', start, (5.0, 0.5, 0)).statistics['plan'] for start in ((1, 1, 0), (2, 0.2, 0))]
     server.set_map(OccupancyGrid(ROOMS, 0.1))
     plans.append(server.plan_path('', (1, 1, 0), (5.0, 0.5, 0)).statistics['plan'])
-    assert plans == ['computed', 'reused', 'computed']
+    server.set_map(OccupancyGrid(ROOMS[:, ::-1], 0.1))
+    plans.append(server.plan_path('', (1, 1, 0), (5.0, 0.5, 0)).statistics['plan'])
+    assert plans == ['computed', 'reused', 'reused', 'computed']
 
 
 def test_only_a_few_plans_are_kept():
@@ -95,9 +103,6 @@ def test_unknown_cells_are_entered_only_when_told_so():
     assert server_on(unknown, 1.0, unknown_is_free=True).plan_path('', *ends).cost == 2.0
 
 
-FREE = (0.5, 0.5, 0.0)
-
-
 @pytest.mark.parametrize('kind, code, planner, start, goal, message', [
     (errors.InvalidPlanner, 201, 'teleport', FREE, FREE, "'teleport' is not one of distance_transform"),
     (errors.StartOutside, 203, '', (-0.1, 0.5, 0), FREE,
@@ -131,7 +136,9 @@ def test_the_servers_own_options_are_checked():
         PathServer('teleport')
     with pytest.raises(errors.InvalidInput):
         PathServer(inflation_radius=np.nan)
-    assert PathServer().planners == ('distance_transform',)
+    with pytest.raises(errors.InvalidInput, match='not above 0'):
+        PathServer(turning_radius=0.0)
+    assert PathServer().planners == PLANNERS
 
 
 def test_there_is_no_path_before_there_is_a_map():
@@ -148,9 +155,9 @@ def test_no_path_is_told_in_metres():
     assert caught.value.code == 208
 
 
-def test_a_start_within_the_inflation_is_told_from_an_obstacle():
-    with pytest.raises(errors.StartOccupied, match='within the inflation radius of 0.3 m'):
-        server_on(inflation_radius=0.3).plan_path('', (2.85, 0.5, 0), FREE)
+def test_a_goal_within_the_inflation_is_told_from_an_obstacle():
+    with pytest.raises(errors.GoalOccupied, match='within the inflation radius of 0.3 m'):
+        server_on(inflation_radius=0.3).plan_path('', FREE, (2.85, 0.5, 0))
 
 
 def test_a_map_without_a_free_cell_says_so():
@@ -274,4 +281,274 @@ def test_queries_from_many_threads_to_one_goal_do_not_disturb_each_other():
         thread.start()
     for thread in threads:
         thread.join()
+    assert wrong == []
+
+
+def is_free_way(poses, occupied, resolution):
+    """Return whether the points of a path lie in free cells."""
+    cells = np.floor(poses[:, :2] / resolution).astype(int)
+    return not occupied[cells[:, 1], cells[:, 0]].any()
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+def test_every_planner_joins_the_ends_through_free_cells(planner):
+    start, goal = (0.55, 0.55, 0.3), (5.45, 0.35, -1.5)
+    path = server_on(turning_radius=0.3).plan_path(planner, start, goal)
+    assert tuple(path.poses[0]) == start and tuple(path.poses[-1]) == goal
+    assert is_free_way(path.poses, ROOMS, 0.1)
+    assert path.cost >= server_on().plan_path('', start, goal).cost * 0.9 and path.statistics['planner'] == planner
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+@pytest.mark.parametrize('start, goal, code', [
+    ((-1, 0, 0), FREE, 203), (FREE, (0, 99, 0), 204), ((3.05, 0.5, 0), FREE, 205), (FREE, (3.05, 0.5, 0), 206)])
+def test_every_planner_refuses_what_it_cannot_answer_with_the_same_code(planner, start, goal, code):
+    with pytest.raises(errors.PlanningError) as caught:
+        server_on().plan_path(planner, start, goal)
+    assert caught.value.code == code
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+def test_every_planner_says_when_there_is_no_path(planner):
+    walled = ROOMS.copy()
+    walled[:, 30] = 100
+    with pytest.raises(errors.NoPath, match=r'from start \(0.5, 0.5\) to goal \(5, 1\)'):
+        server_on(walled).plan_path(planner, FREE, (5, 1, 0))
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+def test_every_planner_ends_at_its_deadline_and_serves_on(planner):
+    rows = np.zeros((1500, 1500), np.int8)
+    rows[3::4, :-1], rows[1::4, 1:] = 100, 100
+    server = server_on(rows, 0.1, turning_radius=0.1)
+    goal = (0.05, 149.65, 0.0)
+    with pytest.raises(errors.PlanningTimeout):
+        server.plan_path(planner, (0.05, 0.05, 0), goal, deadline=0.01)
+    assert server.plan_path(planner, (0.15, 0.05, 0), (5.05, 0.05, 0), deadline=60.0).cost > 0
+
+
+def random_grid(seed, share=0.3, shape=(18, 23)):
+    """Return a random grid with free corners, and the generator."""
+    random = np.random.default_rng(seed)
+    data = np.where(random.random(shape) < share, 100, 0).astype(np.int8)
+    data[0, 0] = data[-1, -1] = 0
+    return data, random
+
+
+def answer(server, planner, start, goal):
+    """Return the cost of a path, inf if there is none."""
+    try:
+        return server.plan_path(planner, start, goal).cost
+    except errors.NoPath:
+        return np.inf
+
+
+CORNERS = (0.5, 0.5, 0.0), (22.5, 17.5, 0.0)
+
+
+@given(st.integers(0, 2 ** 30), st.booleans())
+def test_planners_of_shortest_paths_agree_after_every_update(seed, corner_cutting):
+    data, random = random_grid(seed)
+    server = server_on(data, 1.0, corner_cutting=corner_cutting)
+    for _ in range(5):
+        costs = [answer(server, planner, *CORNERS) for planner in OPTIMAL]
+        assert costs == pytest.approx([costs[0]] * 3)
+        assert (answer(server, 'bug2', *CORNERS) < np.inf) == (costs[0] < np.inf)
+        cells = random.integers((1, 0), (23, 17), (random.integers(1, 12), 2))
+        server.update_costs(cells, random.choice([1.0, np.inf], len(cells)))
+        fresh = server_on(np.where(server._site.terrain.occupied, 100, 0), 1.0, corner_cutting=corner_cutting)
+        assert answer(server, 'dstar', *CORNERS) == pytest.approx(answer(fresh, '', *CORNERS))
+
+
+@given(st.integers(0, 2 ** 30), st.booleans())
+def test_dstar_and_astar_heed_costs_and_give_what_a_fresh_server_gives(seed, corner_cutting):
+    data, random = random_grid(seed)
+    server = server_on(data, 1.0, corner_cutting=corner_cutting)
+    for _ in range(4):
+        cells = random.integers((1, 0), (23, 17), (random.integers(1, 12), 2))
+        server.update_costs(cells, random.choice([0.5, 1.0, 3.7, np.inf], len(cells)))
+        fresh = server_on(data, 1.0, corner_cutting=corner_cutting)
+        fresh.update_costs(*server.updates)
+        costs = [answer(one, planner, *CORNERS) for one in (server, fresh) for planner in ('dstar', 'astar')]
+        assert costs == pytest.approx([costs[0]] * 4)
+        if costs[0] < np.inf:
+            paths = [one.plan_path('dstar', *CORNERS).poses for one in (server, fresh, server)]
+            assert np.array_equal(paths[0], paths[1]) and np.array_equal(paths[0], paths[2])
+
+
+@given(st.integers(0, 2 ** 30))
+def test_a_map_that_differs_in_a_few_cells_repairs_a_plan_and_forgets_updates(seed):
+    data, random = random_grid(seed)
+    server = server_on(data, 1.0)
+    for _ in range(3):
+        answer(server, 'dstar', *CORNERS)
+        if random.random() < 0.5:
+            server.update_costs(random.integers((1, 0), (23, 17), (4, 2)), [2.0, np.inf, 1.0, 0.3])
+        data[random.integers(0, 17, 3), random.integers(1, 23, 3)] = random.choice([0, 100])
+        server.set_map(OccupancyGrid(data, 1.0))
+        assert len(server.updates[1]) == 0
+        expected = answer(server_on(data, 1.0), '', *CORNERS)
+        assert [answer(server, planner, *CORNERS) for planner in OPTIMAL] == pytest.approx([expected] * 3)
+
+
+def test_an_update_repairs_the_plan_of_dstar_and_leaves_the_others_that_it_does_not_concern():
+    server = server_on(np.zeros((300, 300), np.int8), 0.1)
+    ends = (1.05, 15.05, 0), (29.05, 15.05, 0)
+
+    def plans():
+        return [server.plan_path(planner, *ends).statistics['plan'] for planner in ('distance_transform', 'dstar')]
+
+    assert plans() == ['computed', 'computed'] and plans() == ['reused', 'reused']
+    server.update_costs([(20, 150)], [5.0])
+    assert plans() == ['reused', 'repaired']
+    server.update_costs([(30, 150)], [np.inf])
+    assert plans() == ['computed', 'repaired']
+    for x in range(200):
+        # More than a map remembers one by one.
+        server.update_costs([(x, 299)], [np.inf])
+    answers = [server.plan_path('dstar', *ends), server.plan_path('astar', *ends)]
+    assert answers[0].cost == pytest.approx(answers[1].cost)
+    assert int(answers[0].statistics['expansions']) < 90_000
+
+
+@pytest.mark.parametrize('cells, costs, kind, words', [
+    ([(60, 0)], [1.0], errors.InvalidInput, r'\(60, 0\)'), ([(0, -1)], [1.0], errors.InvalidInput, r'\(0, -1\)'),
+    ([(0.5, 0)], [1.0], errors.InvalidInput, '0.5'), ([(0, 0)], [0.0], errors.InvalidInput, 'cost 0.0'),
+    ([(0, 0)], [np.nan], errors.InvalidInput, 'nan'), ([(0, 0)], [-2.0], errors.InvalidInput, '-2'),
+    ([(0, 0)], [1.0, 2.0], errors.InvalidInput, 'not'), ([(np.nan, 0)], [1.0], errors.InvalidInput, 'nan'),
+    ('cells', [1.0], errors.InvalidInput, 'numbers'),
+    (np.zeros((1_000_001, 2), int), np.ones(1_000_001), errors.LimitExceeded, '1000001 cells: the limit is 1000000')])
+def test_a_bad_update_changes_nothing(cells, costs, kind, words):
+    server = server_on()
+    before = server.plan_path('dstar', FREE, (5, 1, 0))
+    if len(cells) == 1:
+        cells, costs = [(30, 19), *cells], [np.inf, *costs]
+    with pytest.raises(kind, match=words):
+        server.update_costs(cells, costs)
+    after = server.plan_path('dstar', FREE, (5, 1, 0))
+    assert np.array_equal(before.poses, after.poses) and after.statistics['plan'] == 'reused'
+
+
+def test_an_update_needs_a_map_and_may_be_empty():
+    with pytest.raises(errors.NoMap):
+        PathServer().update_costs([(0, 0)], [1.0])
+    server = server_on()
+    server.update_costs([], [])
+    server.update_costs(np.empty((0, 2), int), np.empty(0))
+    assert server.plan_path('', FREE, (5, 1, 0)).cost > 0
+
+
+def test_a_start_that_an_update_blocked_is_occupied():
+    server = server_on(inflation_radius=0.15)
+    server.update_costs([(5, 5)], [np.inf])
+    with pytest.raises(errors.StartOccupied, match='since an update') as caught:
+        server.plan_path('', (0.55, 0.55, 0), (5, 1, 0))
+    assert caught.value.code == 205
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+def test_a_start_within_the_inflation_is_left_by_the_shortest_way(planner):
+    server = server_on(inflation_radius=0.25, turning_radius=0.2)
+    # Two cells beside the wall, which lies on column 30; the first free column is 27.
+    path = server.plan_path(planner, (2.95, 0.55, 0), (0.55, 0.55, np.pi))
+    assert path.statistics['left_inflation'] == '0.200 m'
+    assert path.poses[2, :2] == pytest.approx((2.75, 0.55))
+    assert is_free_way(path.poses, ROOMS, 0.1)
+    assert 'left_inflation' not in server.plan_path(planner, (2.75, 0.55, np.pi), (0.55, 0.55, np.pi)).statistics
+
+
+@given(st.integers(0, 2 ** 30))
+def test_the_way_out_of_the_inflation_is_the_shortest_to_where_the_goal_is_reached(seed):
+    data, random = random_grid(seed, 0.12)
+    server = server_on(data, 1.0, inflation_radius=1.0)
+    terrain = server._site.terrain
+    inside = np.argwhere(terrain.occupied & ~terrain.obstacles)[:, ::-1]
+    free = np.argwhere(~terrain.occupied)[:, ::-1]
+    if len(inside) == 0 or len(free) == 0:
+        return
+    start, goal = random.choice(inside), random.choice(free)
+    reaching = np.isfinite(cost_to_go(terrain.occupied, goal, corner_cutting=False))
+    expected = cost_to_go(terrain.obstacles, start, corner_cutting=False)[reaching].min()
+    ends = (*start + 0.5, 0), (*goal + 0.5, 0)
+    if np.isinf(expected):
+        with pytest.raises(errors.NoPath, match='no way leads out'):
+            server.plan_path('', *ends)
+        return
+    for planner in OPTIMAL:
+        path = server.plan_path(planner, *ends)
+        assert float(path.statistics['left_inflation'].split()[0]) == pytest.approx(expected, abs=1e-3)
+        assert path.cost == pytest.approx(length_of(path.poses)) and is_free_way(path.poses, data, 1.0)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.sampled_from([0.0, 0.7, -2.0]))
+def test_the_lattice_heeds_headings_and_its_curves_turn_no_tighter_than_the_radius(begin, end, yaw):
+    grid = OccupancyGrid(np.zeros((80, 80), np.int8), 0.1, (1.0, 2.0, yaw))
+    server = PathServer(turning_radius=0.6)
+    server.set_map(grid)
+    start, goal = grid.cell_to_world([(30, 30), (55, 60)])
+    path = server.plan_path('lattice', (*start, begin), (*goal, end))
+    off = [float(path.statistics[f'{name}_heading_off'].split()[0]) for name in ('start', 'goal')]
+    # Headings of a grid are up to 26.6 degrees apart.
+    assert max(off) <= 0.2325 and int(path.statistics['segments']) > 0
+    steps, middle = np.diff(path.poses[:, :2], axis=0), path.poses[1:-1]
+    lengths = np.hypot(*steps.T)
+    assert lengths.sum() == pytest.approx(path.cost, rel=1e-3)
+    # Each point lies ahead of the one before, on an arc of at least that radius.
+    turns = np.abs(np.angle(np.exp(1j * np.diff(middle[:, 2]))))
+    assert (turns <= lengths[1:-1] / 0.6 * 1.01 + 1e-9).all()
+    heading = np.exp(1j * middle[:-1, 2]) * np.exp(0.5j * np.angle(np.exp(1j * np.diff(middle[:, 2]))))
+    np.testing.assert_allclose(steps[1:-1] @ (1, 1j) / lengths[1:-1], heading, atol=5e-3)
+
+
+def test_the_field_of_costs_is_in_metres_and_heeds_updates_for_dstar():
+    server = server_on()
+    grid, field = server.cost_to_go((0.55, 0.55))
+    assert field.shape == grid.shape and field[5, 5] == 0 and field[5, 15] == pytest.approx(1.0)
+    assert np.isnan(field[0, 30])
+    server.update_costs([(10, y) for y in range(20)], [3.0] * 20)
+    assert server.cost_to_go((0.55, 0.55, 1.0), 'dstar')[1][5, 15] == pytest.approx(1.2)
+    assert server.cost_to_go((0.55, 0.55, 1.0))[1][5, 15] == pytest.approx(1.0)
+    with pytest.raises(errors.GoalOccupied):
+        server.cost_to_go((3.05, 0.5))
+    with pytest.raises(errors.InvalidPlanner):
+        server.cost_to_go((0.5, 0.5), 'bug2')
+
+
+def test_updates_and_maps_that_come_while_plans_run_never_give_an_answer_from_a_mix():
+    # The door of the wall is either at the top or at the bottom, in one update or in one map.
+    doors = np.array([(30, y) for y in (*range(16, 20), *range(4))])
+    top = [1.0] * 4 + [np.inf] * 4
+    server, over, wrong = server_on(), threading.Event(), []
+    ends = (0.55, 1.05, 0), (5.45, 1.05, 0)
+    right = []
+    for costs in (top, top[::-1]):
+        server.update_costs(doors, costs)
+        right += [server.plan_path(planner, *ends).poses.tolist() for planner in PLANNERS]
+
+    def replace():
+        turn = 0
+        while not over.is_set():
+            turn += 1
+            if turn % 7 == 0:
+                server.set_map(OccupancyGrid(ROOMS, 0.1))
+            else:
+                server.update_costs(doors, top[::-1] if turn % 2 else top)
+
+    def ask(planner):
+        for _ in range(25):
+            try:
+                poses = server.plan_path(planner, *ends).poses.tolist()
+            except Exception as error:
+                poses = error
+            if poses not in right:
+                wrong.append((planner, poses))
+
+    replacing = threading.Thread(target=replace)
+    asking = [threading.Thread(target=ask, args=(planner,)) for planner in (*PLANNERS, 'dstar', 'distance_transform')]
+    for thread in (replacing, *asking):
+        thread.start()
+    for thread in asking:
+        thread.join()
+    over.set()
+    replacing.join()
     assert wrong == []
