@@ -13,7 +13,8 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'mobile_planning'
 # Imports go from a higher storey to a lower one or stay in their own area.
 STOREY = {
     'errors': 0, 'geometry': 1, 'stop_flag': 1, 'world': 2, 'grid': 3, 'sampling': 3, 'fleet': 3,
-    'path_server': 4, 'recording': 4, 'outcome': 4, 'warm_up': 4, 'simulate': 5, 'nodes': 5,
+    'planning_map': 3, 'warm_up': 4, 'grid_routes': 4, 'recording': 4, 'outcome': 4, 'path_server': 5, 'simulate': 6,
+    'nodes': 6,
 }
 
 

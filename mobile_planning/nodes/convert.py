@@ -13,8 +13,9 @@ import numpy as np
 from builtin_interfaces.msg import Duration, Time
 from diagnostic_msgs.msg import KeyValue
 from geometry_msgs.msg import Pose, PoseStamped, Quaternion
+from mobile_planning_msgs.msg import CostToGo
+from nav_msgs.msg import MapMetaData, Path
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
-from nav_msgs.msg import Path
 from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import Header
 
@@ -81,14 +82,32 @@ def map_message(grid: OccupancyGrid, frame: str, stamp: Time) -> OccupancyGridMe
     -------
     nav_msgs/OccupancyGrid
     """
-    message = OccupancyGridMessage(header=header(frame, stamp))
-    info = message.info
-    info.map_load_time, info.resolution = stamp, float(grid.resolution)
-    info.width, info.height = int(grid.width), int(grid.height)
-    info.origin = pose_message(grid.origin)
+    message = OccupancyGridMessage(header=header(frame, stamp), info=_map_info(grid, stamp))
     # An array of bytes is taken as it is; anything else is converted element by element, 50 times slower.
     message.data = array('b', grid.data.tobytes())
     return message
+
+
+def cost_to_go_message(grid: OccupancyGrid, field: NDArray[np.float64], goal: Iterable[float], planner: str,
+                       frame: str, stamp: Time) -> CostToGo:
+    """Return the message of the costs from every cell of a map to a goal.
+
+    Parameters
+    ----------
+    grid : OccupancyGrid
+    field : (h, w) ndarray [m]
+        NaN if occupied, inf if the goal cannot be reached.
+    goal : (3,) iterable of float [m, m, rad]
+    planner : str
+    frame : str
+    stamp : builtin_interfaces/Time
+
+    Returns
+    -------
+    CostToGo
+    """
+    return CostToGo(header=header(frame, stamp), info=_map_info(grid, stamp), goal=pose_message(goal),
+                    planner=str(planner), cells=array('f', field.astype(np.float32).tobytes()))
 
 
 def configuration(message: PoseStamped, frame: str, name: str = 'pose') -> tuple[float, float, float]:
@@ -192,6 +211,12 @@ def duration_message(duration: float) -> Duration:
 def key_values(facts: Mapping[str, object]) -> list[KeyValue]:
     """Return names and values as messages, both as strings."""
     return [KeyValue(key=str(key), value=str(value)) for key, value in facts.items()]
+
+
+def _map_info(grid: OccupancyGrid, stamp: Time) -> MapMetaData:
+    """Return the size and the place of a map."""
+    return MapMetaData(map_load_time=stamp, resolution=float(grid.resolution), width=int(grid.width),
+                       height=int(grid.height), origin=pose_message(grid.origin))
 
 
 def _planar(pose: Pose, name: str) -> tuple[float, float, float]:

@@ -4,15 +4,18 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from mobile_planning_msgs.srv import PlanPath
+from mobile_planning_msgs.msg import CostToGo, CostUpdates
+from mobile_planning_msgs.srv import PlanPath, UpdateCosts
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
 from rclpy.callback_groups import ReentrantCallbackGroup
+from std_srvs.srv import Trigger
 
 from mobile_planning.errors import InvalidInput, LimitExceeded
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import duration_message, key_values, occupancy_grid, path_message, seconds
+from mobile_planning.nodes.convert import (
+    cost_to_go_message, duration_message, key_values, occupancy_grid, path_message, seconds)
 from mobile_planning.nodes.managed import ManagedNode
 from mobile_planning.nodes.parameters import option
 from mobile_planning.nodes.planning_site import PlanningSite
@@ -32,6 +35,7 @@ class GridPlannerOptions:
     inflation_radius: float = option(0.0, 'by which obstacles grow, the radius of the robot [m]', low=0.0, high=100.0)
     corner_cutting: bool = option(False, 'whether a diagonal step may pass between or beside occupied cells')
     unknown_is_free: bool = option(False, 'whether unknown cells may be entered')
+    turning_radius: float = option(0.5, "least radius of the lattice's curves [m]", low=0.001, high=100.0)
     default_planner: str = option('distance_transform', 'planner of a request that names none')
     default_deadline: float = option(5.0, 'time for a request that gives none [s]', low=1e-3, high=3600.0)
 
@@ -41,7 +45,8 @@ class GridPlannerOptions:
     def path_server(self) -> PathServer:
         """Return a path server with these options, without a map."""
         return PathServer(self.default_planner, inflation_radius=self.inflation_radius,
-                          corner_cutting=self.corner_cutting, unknown_is_free=self.unknown_is_free)
+                          corner_cutting=self.corner_cutting, unknown_is_free=self.unknown_is_free,
+                          turning_radius=self.turning_radius)
 
 
 class GridPlanner(ManagedNode):
@@ -53,32 +58,38 @@ class GridPlanner(ManagedNode):
     def __init__(self, **kwargs):
         super().__init__('grid_planner', GridPlannerOptions, **kwargs)
         self._site, self._worker = PlanningSite(self.options), Worker(self)
-        self._subscription = self._publisher = None
+        self._heard, self._publisher, self._field_publisher = [], None, None
         # The newest path until it is published, and the messages that all paths are written into.
         self._path, self._poses = None, []
         # The coroutines in it wait for the worker; in the default group everything else would wait with them.
         self._waiting = ReentrantCallbackGroup()
-        self.create_service(PlanPath, '~/plan_path', self.guard.service(self._on_plan_path, _plan_path_failed),
-                            qos_profile=qos.REQUESTS, callback_group=self._waiting)
-        self.create_service(GetPlan, '~/get_plan', self.guard.service(self._on_get_plan, _get_plan_failed),
-                            qos_profile=qos.REQUESTS, callback_group=self._waiting)
+        for kind, name, answer, fail in (
+                (PlanPath, 'plan_path', self._on_plan_path, _say), (GetPlan, 'get_plan', self._on_get_plan, _be_empty),
+                (UpdateCosts, 'update_costs', self._on_update_costs, _say),
+                (Trigger, 'publish_cost_to_go', self._on_publish_cost_to_go, _decline)):
+            self.create_service(kind, f'~/{name}', self.guard.service(answer, fail), qos_profile=qos.REQUESTS,
+                                callback_group=self._waiting)
         self.start()
 
     def configure(self) -> None:
         """Listen to the map, offer the path, and load the compiled planners before somebody waits for them."""
         self._worker.submit(warm_up)
         self._publisher = self.create_lifecycle_publisher(Path, '~/path', qos.PATH)
-        self._subscription = self.create_subscription(
-            OccupancyGridMessage, self.options.map_topic, self.guard.callback(self._on_map), qos.MAP,
-            callback_group=self._waiting)
+        self._field_publisher = self.create_lifecycle_publisher(CostToGo, '~/cost_to_go', qos.PATH)
+        for kind, topic, hear, profile in (
+                (OccupancyGridMessage, self.options.map_topic, self._on_map, qos.MAP),
+                (CostUpdates, '~/cost_updates', self._on_cost_updates, qos.REQUESTS)):
+            self._heard.append(self.create_subscription(kind, topic, self.guard.callback(hear), profile,
+                                                        callback_group=self._waiting))
 
     def cleanup(self) -> None:
         """Forget the map and the path."""
-        if self._subscription:
-            self.destroy_subscription(self._subscription)
-        if self._publisher:
-            self.destroy_lifecycle_publisher(self._publisher)
-        self._subscription = self._publisher = None
+        while self._heard:
+            self.destroy_subscription(self._heard.pop())
+        for publisher in (self._publisher, self._field_publisher):
+            if publisher:
+                self.destroy_lifecycle_publisher(publisher)
+        self._publisher = self._field_publisher = None
         self._site.want(self.options, None, '')
 
     def change(self, options: GridPlannerOptions) -> None:
@@ -102,6 +113,28 @@ class GridPlanner(ManagedNode):
         self.get_logger().info(f'received a map in frame {message.header.frame_id!r}: {grid}')
         await self._worker.run(self._site.adopt)
 
+    async def _on_cost_updates(self, message):
+        """Change costs of the map; a bad update changes nothing."""
+        await self._update(message)
+
+    async def _on_update_costs(self, request, response):
+        """Answer one request to change costs."""
+        self.require_active()
+        self._refuse_crowd()
+        await self._update(request.updates)
+        return response
+
+    async def _on_publish_cost_to_go(self, request, response):
+        """Publish the costs to the goal of the newest path."""
+        self.require_active()
+        self._refuse_crowd()
+        until = time.monotonic() + self.options.default_deadline
+        grid, frame, goal, planner, field = await self._worker.run(self._site.cost_to_go, until, self._worker.stop)
+        self._field_publisher.publish(
+            cost_to_go_message(grid, field, goal, planner, frame, self.get_clock().now().to_msg()))
+        response.success, response.message = True, f'field of {planner} to ({goal[0]:g}, {goal[1]:g})'
+        return response
+
     async def _on_plan_path(self, request, response):
         """Answer one PlanPath request."""
         plan, response.path = await self._answer(request, seconds(request.deadline), request.planner, request.seed)
@@ -119,8 +152,7 @@ class GridPlanner(ManagedNode):
         self.require_active()
         if deadline < 0:
             raise InvalidInput(f'the deadline of {deadline:g} s is negative')
-        if self._worker.waiting >= MAX_WAITING:
-            raise LimitExceeded(f'{self._worker.waiting} requests are waiting: the limit is {MAX_WAITING}')
+        self._refuse_crowd()
         until = time.monotonic() + (deadline or self.options.default_deadline)
         plan, frame = await self._worker.run(
             self._site.plan, planner, request.start, request.goal, until, seed, request.tolerance, self._worker.stop)
@@ -133,6 +165,17 @@ class GridPlanner(ManagedNode):
                                f'in {plan.planning_time * 1e3:.1f} ms')
         return plan, self._path
 
+    async def _update(self, updates):
+        """Change costs once the requests that came before are answered."""
+        await self._worker.run(self._site.update_costs, self._site.wanted, updates.header.frame_id, updates.cells,
+                               updates.costs)
+        self.get_logger().debug(f'changed the costs of {len(updates.cells)} cells')
+
+    def _refuse_crowd(self):
+        """Refuse a request while too many wait."""
+        if self._worker.waiting >= MAX_WAITING:
+            raise LimitExceeded(f'{self._worker.waiting} requests are waiting: the limit is {MAX_WAITING}')
+
     def _publish(self):
         """Publish the newest path, if that is still to be done."""
         if self._path is not None and self._publisher is not None:
@@ -140,10 +183,15 @@ class GridPlanner(ManagedNode):
         self._path = None
 
 
-def _plan_path_failed(response, error):
+def _say(response, error):
     """Answer with the code and the sentence."""
     response.error_code, response.error_msg = int(getattr(error, 'code', PlanPath.Response.UNKNOWN)), str(error)
 
 
-def _get_plan_failed(response, error):
+def _decline(response, error):
+    """Answer with the sentence."""
+    response.success, response.message = False, str(error)
+
+
+def _be_empty(response, error):
     """Answer with the empty plan that the response is already: there is no field for more."""

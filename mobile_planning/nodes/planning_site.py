@@ -4,12 +4,13 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import NoMap, PlanningTimeout
-from mobile_planning.nodes.convert import configuration
-from mobile_planning.path_server import PathServer, PlannedPath
+from mobile_planning.errors import NoMap, PlanningError, PlanningTimeout
+from mobile_planning.nodes.convert import check_frame, configuration
+from mobile_planning.path_server import FIELD_PLANNERS, PathServer, PlannedPath
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
@@ -23,8 +24,8 @@ class PlanningOptions(Protocol):
 class PlanningSite:
     """A map, its frame and the options it is planned with, always replaced together.
 
-    `want` is for the executor's thread, `adopt` and `plan` for the worker's: a request is planned on one map with one
-    set of options, the newest when its turn comes.
+    `want` and `wanted` are for the executor's thread, the others for the worker's: a request is planned
+    on one map with one set of options, the newest when its turn comes.
 
     Parameters
     ----------
@@ -34,6 +35,13 @@ class PlanningSite:
     def __init__(self, options: PlanningOptions):
         self._wanted = self._adopted = (options, None, '')
         self._server = options.path_server()
+        # Goal and planner of the newest path.
+        self._newest = None
+
+    @property
+    def wanted(self) -> tuple:
+        """Options, map and frame, one object from one `want` to the next."""
+        return self._wanted
 
     @property
     def grid(self) -> OccupancyGrid | None:
@@ -61,11 +69,76 @@ class PlanningSite:
         wanted = self._wanted
         if wanted is self._adopted:
             return
-        options, grid, _ = wanted
-        server = options.path_server()
-        if grid is not None:
-            server.set_map(grid)
-        self._server, self._adopted = server, wanted
+        (options, grid, frame), before = wanted, self._adopted
+        if options is not before[0] or grid is None:
+            updates, self._server = self._server.updates, options.path_server()
+            if grid is not None:
+                self._server.set_map(grid)
+                if grid is before[1]:
+                    self._server.update_costs(*updates)
+        elif grid is not before[1]:
+            # Its plans may still do.
+            self._server.set_map(grid)
+        if frame != before[2]:
+            self._newest = None
+        self._adopted = wanted
+
+    def update_costs(self, wanted: tuple, frame: str, cells: ArrayLike, costs: ArrayLike) -> None:
+        """Change the costs of cells of the map that was the newest when the update came; a newer one forgets it.
+
+        Parameters
+        ----------
+        wanted : tuple
+            What was `wanted` when it came.
+        frame : str
+            Of the update.
+        cells : (N,) array_like of int
+            ``x + y * width`` of each.
+        costs : (N,) array_like
+
+        Raises
+        ------
+        PlanningError
+            As `PathServer.update_costs`, or if it is not in the frame of the map.
+        """
+        _, grid, map_frame = wanted
+        if grid is None:
+            raise NoMap('no map has come yet')
+        check_frame(frame, map_frame, 'the update of costs')
+        self.adopt()
+        if self._adopted[1] is grid:
+            y, x = np.divmod(np.asarray(cells, np.int64), grid.width)
+            self._server.update_costs(np.column_stack([x, y]), costs)
+
+    def cost_to_go(self, until: float, stop: NDArray) -> tuple[OccupancyGrid, str, tuple[float, ...], str, NDArray]:
+        """Return the map, its frame, the newest path's goal, and the cost from every cell to it.
+
+        Parameters
+        ----------
+        until, stop
+            See `plan`.
+
+        Returns
+        -------
+        grid : OccupancyGrid
+        frame : str
+        goal : (3,) tuple of float [m, m, rad]
+        planner : str
+            Whose field it is: that of the path, if it has one.
+        field : (h, w) ndarray [m]
+
+        Raises
+        ------
+        PlanningError
+            If nothing was planned yet, or as `PathServer.cost_to_go`.
+        """
+        self.adopt()
+        if self._newest is None:
+            raise PlanningError('no path was planned yet: the field leads to the goal of the newest one')
+        goal, planner = self._newest
+        planner = planner if planner in FIELD_PLANNERS else FIELD_PLANNERS[0]
+        grid, field = self._server.cost_to_go(goal, planner, deadline=_remaining(until), stop=stop)
+        return grid, self._adopted[2], goal, planner, field
 
     def plan(self, planner: str, start: PoseStamped, goal: PoseStamped, until: float, seed: int, tolerance: float,
              stop: NDArray) -> tuple[PlannedPath, str]:
@@ -93,8 +166,15 @@ class PlanningSite:
         if grid is None:
             raise NoMap('no map has come yet')
         ends = configuration(start, frame, 'start'), configuration(goal, frame, 'goal')
-        remaining = until - time.monotonic()
-        if remaining <= 0:
-            raise PlanningTimeout('the deadline passed while other requests were answered')
-        return self._server.plan_path(planner, *ends, deadline=remaining, seed=int(seed), tolerance=float(tolerance),
-                                      stop=stop), frame
+        path = self._server.plan_path(planner, *ends, deadline=_remaining(until), seed=int(seed),
+                                      tolerance=float(tolerance), stop=stop)
+        self._newest = tuple(path.poses[-1].tolist()), path.statistics['planner']
+        return path, frame
+
+
+def _remaining(until):
+    """Return the time until then [s], or raise PlanningTimeout."""
+    remaining = until - time.monotonic()
+    if remaining <= 0:
+        raise PlanningTimeout('the deadline passed while other requests were answered')
+    return remaining

@@ -8,15 +8,17 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from mobile_planning_msgs.srv import PlanPath
+from mobile_planning_msgs.msg import CostToGo, CostUpdates
+from mobile_planning_msgs.srv import PlanPath, UpdateCosts
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from mobile_planning.errors import PlanningError
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import map_message, path_poses, pose_stamped, seconds
+from mobile_planning.nodes.convert import header, map_message, path_poses, pose_stamped, seconds
 from mobile_planning.nodes.grid_planner import MAX_WAITING, GridPlanner
 from mobile_planning.path_server import PathServer
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -127,6 +129,120 @@ def test_get_plan_answers_a_failure_with_an_empty_plan(ros, planner):
     assert not answer.plan.poses and planner.guard.rejected['204 GoalOutside'] == 1
 
 
+PLANNERS = PathServer().planners
+
+
+def test_every_planner_answers_by_its_id(ros, planner, grid):
+    planner.set_parameters([Parameter('turning_radius', value=0.05)])
+    costs = {}
+    for name in PLANNERS:
+        answer = ask(ros, (0.15, 0.15, 1.5), (0.85, 0.15, -1.5), planner=name)
+        assert answer.error_code == 0, answer.error_msg
+        poses = path_poses(answer.path)
+        assert np.allclose(poses[[0, -1]], [(0.15, 0.15, 1.5), (0.85, 0.15, -1.5)])
+        assert not grid.occupied()[tuple(grid.world_to_cell(poses[:, :2]).T[::-1])].any()
+        assert {entry.key: entry.value for entry in answer.statistics}['planner'] == name
+        costs[name] = answer.cost
+    assert np.isclose(costs['dstar'], costs['distance_transform']) and np.isclose(costs['astar'], costs['dstar'])
+
+
+def statistics(answer):
+    """Return the statistics of an answer."""
+    assert answer.error_code == 0, answer.error_msg
+    return {entry.key: entry.value for entry in answer.statistics}
+
+
+# The gap at the upper end of the wall.
+GAP = 4 + 5 * 10
+
+
+def update(ros, cells=(GAP,), costs=(float('inf'),), frame='map'):
+    """Return the answer to a request to change costs."""
+    updates = CostUpdates(header=header(frame), cells=cells, costs=costs)
+    return ros.call(UpdateCosts, '/grid_planner/update_costs', UpdateCosts.Request(updates=updates))
+
+
+@pytest.mark.parametrize('name', PLANNERS)
+def test_an_update_counts_from_the_next_request_on_and_until_the_next_map(ros, planner, maps, grid, name):
+    planner.set_parameters([Parameter('turning_radius', value=0.05)])
+    ends = {'start': (0.15, 0.15, 1.5), 'goal': (0.85, 0.15, -1.5), 'planner': name}
+    before = ask(ros, **ends)
+    assert before.error_code == 0 and update(ros).error_code == 0
+    assert ask(ros, **ends).error_code == PlanPath.Response.NO_PATH
+    assert update(ros, costs=[1.0]).error_code == 0
+    assert np.array_equal(path_poses(ask(ros, **ends).path), path_poses(before.path))
+    assert update(ros).error_code == 0
+    maps.publish(planner, OccupancyGrid(grid.data, grid.resolution))
+    ros.until(lambda: planner._site.wanted is planner._site._adopted)
+    assert ask(ros, **ends).cost == pytest.approx(before.cost)
+
+
+def test_updates_on_the_topic_repair_the_plan_of_dstar(ros, planner):
+    publisher = ros.node.create_publisher(CostUpdates, '/grid_planner/cost_updates', qos.REQUESTS)
+    ros.until(publisher.get_subscription_count)
+    assert statistics(ask(ros, planner='dstar'))['plan'] == 'computed'
+    publisher.publish(CostUpdates(header=header('map'), cells=[GAP], costs=[3.0]))
+    ros.until(lambda: len(planner._site._server.updates[1]) == 1)
+    facts = statistics(ask(ros, planner='dstar'))
+    assert facts['plan'] == 'repaired' and int(facts['expansions']) > 0 and facts['full_replan'] == 'false'
+    assert statistics(ask(ros, planner='dstar'))['plan'] == 'reused'
+    publisher.publish(CostUpdates(header=header('map'), cells=[60], costs=[3.0]))
+    ros.until(lambda: planner.guard.rejected['251 InvalidInput'] == 1)
+
+
+def test_updates_outlive_a_change_of_parameters(ros, planner):
+    update(ros)
+    planner.set_parameters([Parameter('corner_cutting', value=True)])
+    assert ask(ros).error_code == PlanPath.Response.NO_PATH
+
+
+@pytest.mark.parametrize('fields, code, words', [
+    ({'frame': 'odom'}, PlanPath.Response.UNKNOWN_FRAME, "'odom'"),
+    ({'frame': ''}, PlanPath.Response.UNKNOWN_FRAME, 'empty'),
+    ({'cells': [60]}, PlanPath.Response.INVALID_INPUT, '(0, 6)'),
+    ({'cells': [2**32 - 1]}, PlanPath.Response.INVALID_INPUT, 'not a cell'),
+    ({'costs': [0.0]}, PlanPath.Response.INVALID_INPUT, 'cost 0.0'),
+    ({'costs': [float('nan')]}, PlanPath.Response.INVALID_INPUT, 'nan'),
+    ({'costs': [1.0, 2.0]}, PlanPath.Response.INVALID_INPUT, '(2,)'),
+    ({'cells': [0] * 1_000_001, 'costs': [1.0] * 1_000_001}, PlanPath.Response.LIMIT_EXCEEDED, '1000000')])
+def test_a_bad_update_is_refused_with_a_reason_and_changes_nothing(ros, planner, fields, code, words):
+    answer = update(ros, **fields)
+    assert answer.error_code == code and words in answer.error_msg, answer.error_msg
+    assert planner.guard.faults == 0 and len(planner._site._server.updates[1]) == 0
+    assert ask(ros).error_code == 0
+
+
+def test_an_update_without_a_map_is_refused(ros):
+    ros.add(GridPlanner)
+    assert update(ros).error_code == PlanPath.Response.NO_MAP
+
+
+def test_a_start_within_the_inflation_is_left(ros, planner):
+    planner.set_parameters([Parameter('inflation_radius', value=0.1)])
+    answer = ask(ros, start=(0.35, 0.25, 0), goal=(0.15, 0.25, 0))
+    assert statistics(answer)['left_inflation'] == '0.100 m'
+    assert ask(ros, start=(0.45, 0.25, 0), goal=(0.15, 0.25, 0)).error_code == PlanPath.Response.START_OCCUPIED
+
+
+def test_the_field_of_the_newest_goal_is_published_on_request_and_latched(ros, planner, grid):
+    answer = ros.call(Trigger, '/grid_planner/publish_cost_to_go')
+    assert not answer.success and 'no path' in answer.message
+    update(ros, costs=[2.0])
+    for name in PLANNERS[:2]:
+        ask(ros, planner=name)
+        answer = ros.call(Trigger, '/grid_planner/publish_cost_to_go')
+        assert answer.success and name in answer.message
+        fields = ros.listen(CostToGo, '/grid_planner/cost_to_go', qos.PATH)
+        ros.until(lambda: fields)
+        message = fields[0]
+        assert (message.planner, message.header.frame_id) == (name, 'map')
+        assert (message.info.width, message.info.height) == (10, 6)
+        assert np.isclose(message.goal.position.x, GOAL[0])
+        field = np.reshape(message.cells, (6, 10))
+        assert np.array_equal(np.isnan(field), grid.occupied()) and field[1, 8] == 0.0
+        assert np.isclose(field[1, 1], ask(ros, planner=name).cost) and np.isinf(field[5, 9])
+
+
 def zero_quaternion():
     """Return a pose whose orientation was never filled in."""
     pose = pose_stamped(START, 'map')
@@ -214,7 +330,7 @@ def test_parameters_change_what_is_planned_from_the_next_request_on(ros, planner
     assert ask(ros, start=(0.05, 0.05, 0)).error_code == 0
     planner.set_parameters([Parameter('inflation_radius', value=1)])
     answer = ask(ros)
-    assert answer.error_code == PlanPath.Response.START_OCCUPIED and 'inflation radius of 1 m' in answer.error_msg
+    assert answer.error_code == PlanPath.Response.GOAL_OCCUPIED and 'inflation radius of 1 m' in answer.error_msg
 
 
 @pytest.mark.parametrize('name, value', [('inflation_radius', -1.0), ('inflation_radius', NAN),
