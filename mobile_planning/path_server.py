@@ -120,7 +120,8 @@ class PathServer:
             cells = np.array(list(self._told), np.int64).reshape(-1, 2)
             return cells, np.array(list(self._told.values()), float)
 
-    def set_map(self, grid: OccupancyGrid) -> None:
+    def set_map(self, grid: OccupancyGrid, *, keepout: OccupancyGrid | None = None,
+                speed: OccupancyGrid | None = None) -> None:
         """Plan on another map from the next query on; queries under way finish on the one they began with.
 
         Updates of the costs are forgotten. Plans are kept, and brought up to date when they are used, if the new map
@@ -129,10 +130,15 @@ class PathServer:
         Parameters
         ----------
         grid : OccupancyGrid
+        keepout : OccupancyGrid, optional
+            Mask whose occupied cells are forbidden, in the same frame; it may lie otherwise than the map.
+        speed : OccupancyGrid, optional
+            Mask of speeds in percent, 0 and unknown for no limit: a cell costs D* and A* so many times more as it
+            takes longer.
         """
         # The kernels are loaded now, and not while a request waits.
         warm_up()
-        terrain = PlanningMap(grid, self._inflation_radius, self._unknown_is_free)
+        terrain = PlanningMap(grid, self._inflation_radius, self._unknown_is_free, keepout=keepout, speed=speed)
         with self._changing:
             self._told = {}
             same = None if self._site is None else self._site.terrain.replaced(terrain)

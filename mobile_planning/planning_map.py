@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput, LimitExceeded
+from mobile_planning.map_masks import forbidden_cells, slowness
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.world.cost_to_go import cost_to_go, descend
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
@@ -28,6 +29,8 @@ class PlanningMap:
     inflation_radius : float [m]
         By which obstacles grow.
     unknown_is_free : bool
+    keepout, speed : OccupancyGrid, optional
+        Masks, see `map_masks`. Forbidden cells do not grow, and a robot that stands in one may leave.
 
     Attributes
     ----------
@@ -36,7 +39,7 @@ class PlanningMap:
     obstacles : (h, w) ndarray of bool
         Cells with an obstacle, read-only.
     occupied : (h, w) ndarray of bool
-        Cells where a robot must not plan to be, obstacles and inflation, read-only. The same object as long as no cell
+        Cells where a robot must not plan to be, obstacles, inflation and forbidden ones, read-only. The same object as long as no cell
         of it changes.
     weights : (h, w) ndarray or None
         Cost of each cell, inf where occupied, read-only; None as long as every other cell costs 1.
@@ -44,13 +47,18 @@ class PlanningMap:
         Grows with every change.
     """
 
-    def __init__(self, grid: OccupancyGrid, inflation_radius: float = 0.0, unknown_is_free: bool = False):
+    def __init__(self, grid: OccupancyGrid, inflation_radius: float = 0.0, unknown_is_free: bool = False, *,
+                 keepout: OccupancyGrid | None = None, speed: OccupancyGrid | None = None):
         self.grid = grid
         self._inflation_radius = inflation_radius
         self.obstacles = _fixed(grid.occupied(unknown_is_free=unknown_is_free))
         self.occupied = self.obstacles if inflation_radius == 0 else _fixed(
             grid.inflate(inflation_radius).occupied(unknown_is_free=unknown_is_free))
+        if keepout is not None:
+            self.occupied = _fixed(self.occupied | forbidden_cells(keepout, grid))
         self.weights = None
+        if speed is not None and ((times := slowness(speed, grid)) != 1).any():
+            self.weights = _fixed(np.where(self.occupied, np.inf, times))
         self.version = 0
         # What each of the last versions changed, as rows (x, y, cost).
         self._changes = ()
@@ -137,8 +145,8 @@ class PlanningMap:
         if len(x) == 0:
             # Plans are kept for this object.
             result.occupied = self.occupied
-        rows = (np.column_stack([x, y, np.where(newer.occupied[y, x], np.inf, 1.0)]) if self.weights is None
-                else newer.changes_from(self.weights))
+        rows = (np.column_stack([x, y, np.where(newer.occupied[y, x], np.inf, 1.0)]) if self.weights is newer.weights
+                else newer.changes_from(self.costs))
         result._changes = (*self._changes, rows)[-_CHANGES_KEPT:]
         return result
 
@@ -170,7 +178,7 @@ class PlanningMap:
         if value >= OCCUPIED_FROM:
             reason = 'occupied'
         elif not self.obstacles[cell[1], cell[0]]:
-            reason = f'within the inflation radius of {self._inflation_radius:g} m of an obstacle'
+            reason = f'forbidden or within the inflation radius of {self._inflation_radius:g} m of an obstacle'
         else:
             reason = 'unknown' if value == UNKNOWN else 'occupied since an update of the costs'
         found = nearest(~self.occupied, self.grid.world_to_grid(pose[:2]))

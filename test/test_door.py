@@ -13,8 +13,8 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'mobile_planning'
 # Imports go from a higher storey to a lower one or stay in their own area.
 STOREY = {
     'errors': 0, 'geometry': 1, 'stop_flag': 1, 'world': 2, 'grid': 3, 'sampling': 3, 'fleet': 3,
-    'planning_map': 3, 'warm_up': 4, 'grid_routes': 4, 'recording': 4, 'outcome': 4, 'path_server': 5, 'simulate': 6,
-    'nodes': 6,
+    'map_masks': 3, 'planning_map': 4, 'warm_up': 4, 'recording': 4, 'outcome': 4, 'grid_routes': 5,
+    'path_server': 6, 'simulate': 7, 'nodes': 7,
 }
 
 

@@ -552,3 +552,30 @@ def test_updates_and_maps_that_come_while_plans_run_never_give_an_answer_from_a_
     over.set()
     replacing.join()
     assert wrong == []
+
+
+def test_forbidden_cells_are_gone_around_and_a_robot_in_one_leaves():
+    open_floor = OccupancyGrid(np.zeros((20, 60), np.int8), 0.1)
+    # Cells of 0.5 m, turned by a quarter: the column from x = 2.5 m to 3 m, up to y = 1.5 m.
+    mask = OccupancyGrid(np.full((1, 3), 100), 0.5, (3.0, 0.0, np.pi / 2))
+    server = PathServer()
+    server.set_map(open_floor, keepout=mask)
+    for planner in PLANNERS:
+        poses = server.plan_path(planner, (0.55, 0.55, 0), (5.45, 0.55, 0)).poses
+        assert not ((poses[:, 0] > 2.5) & (poses[:, 0] < 3.0) & (poses[:, 1] < 1.5)).any()
+    assert server.plan_path('', (2.95, 0.55, 0), (5.45, 0.55, 0)).statistics['left_inflation'] == '0.100 m'
+    with pytest.raises(errors.GoalOccupied, match='forbidden'):
+        server.plan_path('', (0.55, 0.55, 0), (2.75, 0.55, 0))
+    server.set_map(open_floor)
+    assert server.plan_path('', (0.55, 0.55, 0), (5.45, 0.55, 0)).cost == pytest.approx(4.9)
+
+
+def test_slow_zones_cost_dstar_and_astar_as_much_more_as_they_take_longer():
+    floor, zone = np.zeros((20, 60), np.int8), np.zeros((20, 60), np.int8)
+    zone[:, 20:40] = 50
+    server, ends = PathServer(), ((0.55, 0.55, 0), (5.45, 0.55, 0))
+    server.set_map(OccupancyGrid(floor, 0.1))
+    for speed, cost in ((None, 4.9), (zone, 6.9), (None, 4.9)):
+        server.set_map(OccupancyGrid(floor, 0.1), speed=None if speed is None else OccupancyGrid(speed, 0.1))
+        costs = [server.plan_path(planner, *ends).cost for planner in OPTIMAL]
+        assert costs == pytest.approx([4.9, cost, cost])
