@@ -579,3 +579,24 @@ def test_slow_zones_cost_dstar_and_astar_as_much_more_as_they_take_longer():
         server.set_map(OccupancyGrid(floor, 0.1), speed=None if speed is None else OccupancyGrid(speed, 0.1))
         costs = [server.plan_path(planner, *ends).cost for planner in OPTIMAL]
         assert costs == pytest.approx([4.9, cost, cost])
+
+
+@given(st.integers(0, 2 ** 30), st.sampled_from(OPTIMAL[:2]))
+def test_a_robot_on_its_way_is_told_the_rest_of_the_same_path(seed, planner):
+    data, random = random_grid(seed, 0.2)
+    server = server_on(data, 1.0)
+    if answer(server, planner, *CORNERS) == np.inf:
+        return
+    poses = server.plan_path(planner, *CORNERS).poses
+    k = random.integers(1, len(poses) - 1)
+    rest = server.plan_path(planner, poses[k], CORNERS[1]).poses
+    assert np.array_equal(rest[:, :2], poses[k:, :2])
+
+
+def test_a_query_that_waits_for_another_ones_plan_ends_at_its_deadline():
+    server = server_on()
+    server.plan_path('dstar', FREE, (5, 1, 0))
+    (plan,) = server._site.plans._plans.values()
+    with plan.lock, pytest.raises(errors.PlanningTimeout):
+        server.plan_path('dstar', FREE, (5, 1, 0), deadline=0.02)
+    assert server.plan_path('dstar', FREE, (5, 1, 0), deadline=60.0).cost > 0

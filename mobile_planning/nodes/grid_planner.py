@@ -32,6 +32,8 @@ class GridPlannerOptions:
 
     autostart: bool = option(True, 'whether the node configures and activates itself', read_only=True)
     map_topic: str = option('map', 'latched topic of the map', read_only=True)
+    keepout_topic: str = option('', 'latched topic of a mask of forbidden cells, empty for none', read_only=True)
+    speed_topic: str = option('', 'latched topic of a mask of speeds in percent, empty for none', read_only=True)
     inflation_radius: float = option(0.0, 'by which obstacles grow, the radius of the robot [m]', low=0.0, high=100.0)
     corner_cutting: bool = option(False, 'whether a diagonal step may pass between or beside occupied cells')
     unknown_is_free: bool = option(False, 'whether unknown cells may be entered')
@@ -57,7 +59,9 @@ class GridPlanner(ManagedNode):
 
     def __init__(self, **kwargs):
         super().__init__('grid_planner', GridPlannerOptions, **kwargs)
-        self._site, self._worker = PlanningSite(self.options), Worker(self)
+        self._masks = {name: topic for name, topic in (
+            ('keepout', self.options.keepout_topic), ('speed', self.options.speed_topic)) if topic}
+        self._site, self._worker = PlanningSite(self.options, self._masks), Worker(self)
         self._heard, self._publisher, self._field_publisher = [], None, None
         # The newest path until it is published, and the messages that all paths are written into.
         self._path, self._poses = None, []
@@ -78,7 +82,9 @@ class GridPlanner(ManagedNode):
         self._field_publisher = self.create_lifecycle_publisher(CostToGo, '~/cost_to_go', qos.PATH)
         for kind, topic, hear, profile in (
                 (OccupancyGridMessage, self.options.map_topic, self._on_map, qos.MAP),
-                (CostUpdates, '~/cost_updates', self._on_cost_updates, qos.REQUESTS)):
+                (CostUpdates, '~/cost_updates', self._on_cost_updates, qos.REQUESTS),
+                *((OccupancyGridMessage, topic, self._hear_mask(name), qos.MAP)
+                  for name, topic in self._masks.items())):
             self._heard.append(self.create_subscription(kind, topic, self.guard.callback(hear), profile,
                                                         callback_group=self._waiting))
 
@@ -112,6 +118,13 @@ class GridPlanner(ManagedNode):
         self._site.want(self.options, grid, message.header.frame_id)
         self.get_logger().info(f'received a map in frame {message.header.frame_id!r}: {grid}')
         await self._worker.run(self._site.adopt)
+
+    def _hear_mask(self, name):
+        """Return the callback of a mask: it counts from the next request on, a bad one changes nothing."""
+        def hear_mask(message):
+            self._site.want_mask(name, occupancy_grid(message), message.header.frame_id)
+            self.get_logger().info(f'received the {name} mask')
+        return hear_mask
 
     async def _on_cost_updates(self, message):
         """Change costs of the map; a bad update changes nothing."""

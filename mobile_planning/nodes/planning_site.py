@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from typing import Protocol
 
 import numpy as np
@@ -24,23 +25,25 @@ class PlanningOptions(Protocol):
 class PlanningSite:
     """A map, its frame and the options it is planned with, always replaced together.
 
-    `want` and `wanted` are for the executor's thread, the others for the worker's: a request is planned
+    `want`, `want_mask` and `wanted` are for the executor's thread, the others for the worker's: a request is planned
     on one map with one set of options, the newest when its turn comes.
 
     Parameters
     ----------
     options : PlanningOptions
+    masks : iterable of str
+        Names of those without which nothing is planned: keepout, speed.
     """
 
-    def __init__(self, options: PlanningOptions):
-        self._wanted = self._adopted = (options, None, '')
+    def __init__(self, options: PlanningOptions, masks: Iterable[str] = ()):
+        self._wanted = self._adopted = (options, None, '', dict.fromkeys(masks))
         self._server = options.path_server()
         # Goal and planner of the newest path.
         self._newest = None
 
     @property
     def wanted(self) -> tuple:
-        """Options, map and frame, one object from one `want` to the next."""
+        """Options, map, frame and masks, one object from one `want` to the next."""
         return self._wanted
 
     @property
@@ -62,23 +65,36 @@ class PlanningSite:
         grid : OccupancyGrid or None
         frame : str
         """
-        self._wanted = (options, grid, frame)
+        masks = self._wanted[3] if grid is not None else dict.fromkeys(self._wanted[3])
+        self._wanted = (options, grid, frame, masks)
+
+    def want_mask(self, name: str, grid: OccupancyGrid, frame: str) -> None:
+        """Let the next request be planned with this mask, see `PathServer.set_map`.
+
+        Parameters
+        ----------
+        name : str
+        grid : OccupancyGrid
+        frame : str
+            It must be the map's, else nothing is planned.
+        """
+        self._wanted = (*self._wanted[:3], {**self._wanted[3], name: (grid, frame)})
 
     def adopt(self) -> None:
         """Take over what is wanted, if it is not there yet."""
         wanted = self._wanted
         if wanted is self._adopted:
             return
-        (options, grid, frame), before = wanted, self._adopted
+        (options, grid, frame, masks), before = wanted, self._adopted
+        grids = _mask_grids(masks, frame) if grid is not None else {}
+        updates = self._server.updates
         if options is not before[0] or grid is None:
-            updates, self._server = self._server.updates, options.path_server()
-            if grid is not None:
-                self._server.set_map(grid)
-                if grid is before[1]:
-                    self._server.update_costs(*updates)
-        elif grid is not before[1]:
-            # Its plans may still do.
-            self._server.set_map(grid)
+            self._server = options.path_server()
+        if grid is not None:
+            # Of the same server plans may still do.
+            self._server.set_map(grid, **grids)
+            if grid is before[1]:
+                self._server.update_costs(*updates)
         if frame != before[2]:
             self._newest = None
         self._adopted = wanted
@@ -101,7 +117,7 @@ class PlanningSite:
         PlanningError
             As `PathServer.update_costs`, or if it is not in the frame of the map.
         """
-        _, grid, map_frame = wanted
+        _, grid, map_frame, _ = wanted
         if grid is None:
             raise NoMap('no map has come yet')
         check_frame(frame, map_frame, 'the update of costs')
@@ -162,7 +178,7 @@ class PlanningSite:
             As `PathServer.plan_path`, or if a pose is not in the frame of the map.
         """
         self.adopt()
-        _, grid, frame = self._adopted
+        _, grid, frame, _ = self._adopted
         if grid is None:
             raise NoMap('no map has come yet')
         ends = configuration(start, frame, 'start'), configuration(goal, frame, 'goal')
@@ -170,6 +186,15 @@ class PlanningSite:
                                       tolerance=float(tolerance), stop=stop)
         self._newest = tuple(path.poses[-1].tolist()), path.statistics['planner']
         return path, frame
+
+
+def _mask_grids(masks, frame):
+    """Return the masks by name, or raise if one has not come or lies in another frame than the map."""
+    for name, mask in masks.items():
+        if mask is None:
+            raise NoMap(f'no {name} mask has come yet')
+        check_frame(mask[1], frame, f'the {name} mask')
+    return {name: grid for name, (grid, _) in masks.items()}
 
 
 def _remaining(until):

@@ -46,7 +46,7 @@ class Maps:
     def publish(self, planner, grid, frame='map'):
         """Publish a map and wait until the planner plans on it."""
         self._publisher.publish(map_message(grid, frame, Time()))
-        self._ros.until(lambda: planner._site._adopted[1:] == (grid, frame))
+        self._ros.until(lambda: planner._site._adopted[1:3] == (grid, frame))
 
     def publish_bad(self, planner, message):
         """Publish a map that the planner refuses, and wait until it has."""
@@ -241,6 +241,35 @@ def test_the_field_of_the_newest_goal_is_published_on_request_and_latched(ros, p
         field = np.reshape(message.cells, (6, 10))
         assert np.array_equal(np.isnan(field), grid.occupied()) and field[1, 8] == 0.0
         assert np.isclose(field[1, 1], ask(ros, planner=name).cost) and np.isinf(field[5, 9])
+
+
+def test_masks_forbid_cells_and_slow_them_and_nothing_is_planned_without_them(ros, maps, grid):
+    planner = ros.add(GridPlanner, keepout_topic='keepout', speed_topic='speed')
+    publishers = [ros.node.create_publisher(OccupancyGridMessage, topic, qos.MAP) for topic in ('/keepout', '/speed')]
+    maps._publisher.publish(map_message(grid, 'map', Time()))
+    ros.until(lambda: planner._site.grid)
+    free, gap = np.zeros((6, 10), np.int8), np.zeros((6, 10), np.int8)
+    gap[5, 4] = 100
+
+    def publish(i, name, data, frame='map'):
+        known = planner._site.wanted
+        publishers[i].publish(map_message(OccupancyGrid(data, 0.1), frame, Time()))
+        ros.until(lambda: planner._site.wanted is not known)
+
+    answer = ask(ros)
+    assert answer.error_code == PlanPath.Response.NO_MAP and 'no keepout mask' in answer.error_msg
+    publish(0, 'keepout', gap)
+    assert 'no speed mask' in ask(ros).error_msg
+    publish(1, 'speed', free)
+    assert ask(ros).error_code == PlanPath.Response.NO_PATH
+    publish(0, 'keepout', free)
+    before = ask(ros, planner='dstar').cost
+    publish(1, 'speed', gap // 2)
+    # The steps into the cell and out of it are straight, and half of each is in the cell.
+    assert np.isclose(ask(ros, planner='dstar').cost, before + 0.1) and np.isclose(ask(ros).cost, before)
+    publish(0, 'keepout', free, 'odom')
+    answer = ask(ros)
+    assert answer.error_code == PlanPath.Response.UNKNOWN_FRAME and 'keepout mask' in answer.error_msg
 
 
 def zero_quaternion():
