@@ -13,14 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import (
-    GoalOccupied, GoalOutside, InvalidInput, InvalidPlanner, NoMap, NoPath, StartOccupied, StartOutside)
-from mobile_planning.geometry import wrap_angle
+from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, InvalidPlanner, NoMap
 from mobile_planning.grid_routes import PLANS, KeptPlans, Rules
-from mobile_planning.planning_map import PlanningMap, nearest, place
+from mobile_planning.path_query import PathQuery
+from mobile_planning.planning_map import PlanningMap
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.warm_up import warm_up
-from mobile_planning.world.cost_to_go import cost_to_go
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 FIELD_PLANNERS = ('distance_transform', 'dstar')
@@ -277,14 +275,11 @@ class PathServer:
             raise InvalidInput(f'deadline {deadline} s is not above 0')
         # One reference for the whole query: another map or update may replace it meanwhile.
         terrain, plans = self._require_site()
-        query = _Query(terrain, plans, planner, StopFlag(deadline, stop))
+        query = PathQuery(terrain, plans, planner, StopFlag(deadline, stop))
         with query.flag:
-            points, cost, statistics, end = query.answer(start, goal, tolerance)
+            poses, cost, statistics = query.answer(start, goal, tolerance)
         query.flag.check()
-        grid, statistics = terrain.grid, {'planner': planner, **statistics, 'path_cells': str(len(points))}
-        points[:, :2] = grid.grid_to_world(points[:, :2] + 0.5)
-        return PlannedPath(_poses(points, start, end, grid.origin[2]), cost * grid.resolution,
-                           time.perf_counter() - began, statistics)
+        return PlannedPath(poses, cost, time.perf_counter() - began, statistics)
 
     def _require_site(self):
         site = self._site
@@ -298,88 +293,6 @@ class _Site(NamedTuple):
 
     terrain: PlanningMap
     plans: KeptPlans
-
-
-class _Query(NamedTuple):
-    """What one query is answered with, from its beginning to its end."""
-
-    terrain: PlanningMap
-    plans: KeptPlans
-    planner: str
-    flag: StopFlag
-
-    def answer(self, start, goal, tolerance):
-        """Return points (N, 2) or (N, 3) in cells, their cost [cells], facts, and the pose at the end."""
-        terrain, facts = self.terrain, {}
-        begin = terrain.cell(start, 'start', StartOutside)
-        end = terrain.cell(goal, 'goal', GoalOutside)
-        if terrain.obstacles[begin[1], begin[0]]:
-            raise StartOccupied(terrain.why_occupied(start, begin, 'start'))
-        is_inside, way = bool(terrain.occupied[begin[1], begin[0]]), begin[None]
-        if terrain.occupied[end[1], end[0]]:
-            if tolerance == 0.0:
-                raise GoalOccupied(terrain.why_occupied(goal, end, 'goal'))
-            if is_inside:
-                way = self._way_out(start, begin, ~terrain.occupied)
-            end, moved = self._nearest_reachable(way[-1], goal, end, tolerance)
-            goal = np.append(terrain.grid.cell_to_world(end), goal[2])
-            facts['goal_moved'] = f'{moved:.3f} m'
-        elif is_inside:
-            with self.plans.plan('distance_transform', end, self.flag) as plan:
-                reaching = np.isfinite(plan.field(terrain, self.flag.array))
-            way = self._way_out(start, begin, reaching)
-        yaw, steps = terrain.grid.origin[2], np.diff(way, axis=0)
-        # A robot that has come out of the inflation is headed the way it came.
-        heading = np.arctan2(*steps[-1, ::-1]) if is_inside else start[2] - yaw
-        ends = np.append(way[-1], heading), np.append(end, goal[2] - yaw)
-        try:
-            with self.plans.plan(self.planner, end, self.flag) as plan:
-                route = plan.route(terrain, *ends, self.flag.array)
-        except NoPath:
-            raise NoPath(f'no path leads from start {place(start)} to goal {place(goal)}') from None
-        points, cost = np.array(route.points, float), route.cost
-        if is_inside:
-            length = float(np.hypot(*steps.T).sum())
-            cost += length
-            facts['left_inflation'] = f'{length * terrain.grid.resolution:.3f} m'
-            before = np.column_stack([way, np.append(np.arctan2(*steps.T[::-1]), 0.0)])[:-1, :points.shape[1]]
-            points = np.concatenate([before, points])
-        return points, cost, {**route.facts, **facts}, goal
-
-    def _way_out(self, start, begin, wanted):
-        """Return the shortest way (N, 2) from within the inflation to a wanted cell."""
-        way = self.terrain.way_out(begin, wanted, self.plans.rules.corner_cutting, self.flag)
-        if way is None:
-            raise NoPath(f'no way leads out of the inflation around start {place(start)} to where the goal is reached; '
-                         + self.terrain.why_occupied(start, begin, 'start'))
-        return way
-
-    def _nearest_reachable(self, begin, goal, end, tolerance):
-        """Return the free cell nearest to the goal that is reached from a cell, and its distance [m]."""
-        terrain = self.terrain
-        field = cost_to_go(terrain.occupied, begin, corner_cutting=self.plans.rules.corner_cutting,
-                           stop=self.flag.array)
-        found = nearest(np.isfinite(field), terrain.grid.world_to_grid(goal[:2]))
-        distance = found[1] * terrain.grid.resolution
-        if distance > tolerance * (1 + 1e-9):
-            raise GoalOccupied(terrain.why_occupied(goal, end, 'goal') + '; the nearest one that can be reached is '
-                               f'{distance:.2f} m away, beyond the tolerance of {tolerance:g} m')
-        return found[0], distance
-
-
-def _poses(points, start, goal, yaw):
-    """Return the path's points (N, 2) or (N, 3) with start and goal for its ends, and a heading for each.
-
-    Headings that the points have are relative to the grid's ``yaw``.
-    """
-    between = points[1:-1]
-    poses = np.concatenate([start[None], np.column_stack([between[:, :2], np.zeros(len(between))]), goal[None]])
-    if points.shape[1] == 3:
-        poses[1:-1, 2] = wrap_angle(between[:, 2] + yaw)
-    else:
-        ahead = np.diff(poses[1:, :2], axis=0)
-        poses[1:-1, 2] = np.arctan2(ahead[:, 1], ahead[:, 0])
-    return poses
 
 
 def _check_planner(name):

@@ -39,8 +39,8 @@ class PlanningMap:
     obstacles : (h, w) ndarray of bool
         Cells with an obstacle, read-only.
     occupied : (h, w) ndarray of bool
-        Cells where a robot must not plan to be, obstacles, inflation and forbidden ones, read-only. The same object as long as no cell
-        of it changes.
+        Cells where a robot must not plan to be, obstacles, inflation and forbidden ones, read-only. The same object as
+        long as no cell of it changes.
     weights : (h, w) ndarray or None
         Cost of each cell, inf where occupied, read-only; None as long as every other cell costs 1.
     version : int
