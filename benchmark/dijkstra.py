@@ -33,3 +33,13 @@ def cost_field(costs, goal, corner_cutting=True):
         return np.full(costs.shape, np.inf)
     index = goal[1] * costs.shape[1] + goal[0]
     return dijkstra(graph_of(costs, corner_cutting), directed=False, indices=index).reshape(costs.shape)
+
+
+def cost_of_steps(costs, path, corner_cutting):
+    """Return the cost of a path (N, 2) from the map alone, after checking that each of its steps is allowed."""
+    total = 0.0
+    for (x, y), (to_x, to_y) in zip(path[:-1], path[1:]):
+        assert max(abs(to_x - x), abs(to_y - y)) == 1
+        assert corner_cutting or (np.isfinite(costs[y, to_x]) and np.isfinite(costs[to_y, x]))
+        total += np.hypot(to_x - x, to_y - y) * (costs[y, x] + costs[to_y, to_x]) / 2
+    return total

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import mobile_planning
 from benchmark import movingai_rows as movingai
-from benchmark.dijkstra import cost_field
+from benchmark.dijkstra import cost_field, cost_of_steps
 from mobile_planning.errors import (
     Cancelled, GoalOccupied, GoalOutside, InvalidInput, NoPath, StartOccupied, StartOutside)
 from mobile_planning.grid.astar import astar
@@ -25,16 +25,6 @@ def scene(seed, most_crowd=0.6, side=24):
     occupied.flat[random.integers(occupied.size, size=2)] = False
     free = np.argwhere(~occupied)[:, ::-1]
     return random, occupied, *free[random.integers(len(free), size=2)]
-
-
-def cost_of_steps(costs, path, corner_cutting):
-    """Return the cost of a path, after checking that each of its steps is allowed."""
-    total = 0.0
-    for (x, y), (to_x, to_y) in zip(path[:-1], path[1:]):
-        assert max(abs(to_x - x), abs(to_y - y)) == 1
-        assert corner_cutting or (np.isfinite(costs[y, to_x]) and np.isfinite(costs[to_y, x]))
-        total += np.hypot(to_x - x, to_y - y) * (costs[y, x] + costs[to_y, to_x]) / 2
-    return total
 
 
 @given(st.integers(0, 2 ** 30), st.booleans())

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import mobile_planning
 from benchmark import movingai_dynamic
-from benchmark.dijkstra import cost_field
+from benchmark.dijkstra import cost_field, cost_of_steps
 from mobile_planning.errors import (
     Cancelled, GoalOccupied, GoalOutside, InvalidInput, NoMap, NoPath, StartOccupied, StartOutside)
 from mobile_planning.grid.distance_transform import DistanceTransformPlanner
@@ -33,16 +33,6 @@ def planned(costs, goal, **options):
     planner = DstarPlanner(costs, goal=goal, **options)
     planner.plan()
     return planner
-
-
-def cost_of_steps(costs, path, corner_cutting):
-    """Return the cost of a path from the map alone, after checking that each of its steps is allowed."""
-    total = 0.0
-    for (x, y), (to_x, to_y) in zip(path[:-1], path[1:]):
-        assert max(abs(to_x - x), abs(to_y - y)) == 1
-        assert corner_cutting or (np.isfinite(costs[y, to_x]) and np.isfinite(costs[to_y, x]))
-        total += np.hypot(to_x - x, to_y - y) * (costs[y, x] + costs[to_y, to_x]) / 2
-    return total
 
 
 def check(planner, costs, start, corner_cutting):
