@@ -31,6 +31,32 @@ def length_of(poses):
     return np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
 
 
+def in_threads(function, calls):
+    """Call a function with each tuple of arguments, each in a thread of its own, and wait for them all."""
+    threads = [threading.Thread(target=function, args=arguments) for arguments in calls]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def ask_while_changing(change, ask, calls):
+    """Ask in a thread for each tuple of arguments, while ``change(turn)`` is called over and over in one more."""
+    over = threading.Event()
+
+    def keep_changing():
+        turn = 0
+        while not over.is_set():
+            turn += 1
+            change(turn)
+
+    changing = threading.Thread(target=keep_changing)
+    changing.start()
+    in_threads(ask, calls)
+    over.set()
+    changing.join()
+
+
 @given(st.tuples(*[st.floats(0.0, 2.9)] * 2), st.tuples(*[st.floats(3.1, 5.9)] * 2), st.floats(-3, 3))
 def test_a_path_begins_and_ends_exactly_as_asked_and_heads_along_itself(start, goal, theta):
     server = server_on()
@@ -233,13 +259,7 @@ def test_a_map_replaced_while_plans_run_never_gives_an_answer_from_a_mix():
     server.set_map(grids[0])
     expected = {i: server_on(ROOMS[::turn], origin=(0, y, 0)).plan_path('', (0.5, y + 1, 0), (5.5, y + 1, 0)).poses
                 for i, (turn, y) in enumerate(((1, 0), (-1, 100)))}
-    over, wrong = threading.Event(), []
-
-    def replace():
-        i = 0
-        while not over.is_set():
-            i = 1 - i
-            server.set_map(grids[i])
+    wrong = []
 
     def ask(i, y):
         answers = 0
@@ -254,14 +274,7 @@ def test_a_map_replaced_while_plans_run_never_gives_an_answer_from_a_mix():
             if not np.array_equal(poses, expected[i]):
                 wrong.append(poses)
 
-    replacing = threading.Thread(target=replace)
-    asking = [threading.Thread(target=ask, args=(i, y)) for i, y in ((0, 0), (0, 0), (1, 100))]
-    for thread in (replacing, *asking):
-        thread.start()
-    for thread in asking:
-        thread.join()
-    over.set()
-    replacing.join()
+    ask_while_changing(lambda turn: server.set_map(grids[turn % 2]), ask, ((0, 0), (0, 0), (1, 100)))
     assert wrong == []
 
 
@@ -276,11 +289,7 @@ def test_queries_from_many_threads_to_one_goal_do_not_disturb_each_other():
             if not np.array_equal(server.plan_path('', starts[i], (5.5, 1, 0)).poses, expected[i]):
                 wrong.append(i)
 
-    threads = [threading.Thread(target=ask, args=(i,)) for i in range(len(starts))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(ask, [(i,) for i in range(len(starts))])
     assert wrong == []
 
 
@@ -518,21 +527,17 @@ def test_updates_and_maps_that_come_while_plans_run_never_give_an_answer_from_a_
     # The door of the wall is either at the top or at the bottom, in one update or in one map.
     doors = np.array([(30, y) for y in (*range(16, 20), *range(4))])
     top = [1.0] * 4 + [np.inf] * 4
-    server, over, wrong = server_on(), threading.Event(), []
-    ends = (0.55, 1.05, 0), (5.45, 1.05, 0)
-    right = []
+    server, ends = server_on(), ((0.55, 1.05, 0), (5.45, 1.05, 0))
+    right, wrong = [], []
     for costs in (top, top[::-1]):
         server.update_costs(doors, costs)
         right += [server.plan_path(planner, *ends).poses.tolist() for planner in PLANNERS]
 
-    def replace():
-        turn = 0
-        while not over.is_set():
-            turn += 1
-            if turn % 7 == 0:
-                server.set_map(OccupancyGrid(ROOMS, 0.1))
-            else:
-                server.update_costs(doors, top[::-1] if turn % 2 else top)
+    def change(turn):
+        if turn % 7 == 0:
+            server.set_map(OccupancyGrid(ROOMS, 0.1))
+        else:
+            server.update_costs(doors, top[::-1] if turn % 2 else top)
 
     def ask(planner):
         for _ in range(25):
@@ -543,14 +548,7 @@ def test_updates_and_maps_that_come_while_plans_run_never_give_an_answer_from_a_
             if poses not in right:
                 wrong.append((planner, poses))
 
-    replacing = threading.Thread(target=replace)
-    asking = [threading.Thread(target=ask, args=(planner,)) for planner in (*PLANNERS, 'dstar', 'distance_transform')]
-    for thread in (replacing, *asking):
-        thread.start()
-    for thread in asking:
-        thread.join()
-    over.set()
-    replacing.join()
+    ask_while_changing(change, ask, [(planner,) for planner in (*PLANNERS, 'dstar', 'distance_transform')])
     assert wrong == []
 
 
