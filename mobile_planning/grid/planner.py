@@ -13,6 +13,7 @@ from mobile_planning.errors import (
 from mobile_planning.grid.observer import film_of, with_progress
 from mobile_planning.grid.planner_plots import PlannerPlots
 from mobile_planning.world.cost_to_go import as_mask
+from mobile_planning.world.inflation import grown
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
 _ENDPOINT_ERRORS = {
@@ -71,7 +72,7 @@ class PlannerBase(PlannerPlots):
             obstacles = as_mask(occgrid).view(bool)
             # What nobody can write is shared: a server makes many planners on one map.
             self._obstacles = obstacles.copy() if obstacles.flags.writeable else obstacles
-            self._occupied = _grown(self._obstacles, inflate) if inflate else self._obstacles
+            self._occupied = grown(self._obstacles, inflate) if inflate else self._obstacles
             self._obstacles.flags.writeable = self._occupied.flags.writeable = False
         self._inflate = inflate
         self._start = self._goal = None
@@ -354,13 +355,6 @@ class PlannerBase(PlannerPlots):
     def _contains(self, x, y):
         height, width = self._occupied.shape
         return 0 <= x < width and 0 <= y < height
-
-
-def _grown(occupied, radius):
-    """Return the cells whose centre is at most ``radius`` cells from the centre of an occupied one."""
-    from scipy.ndimage import distance_transform_edt
-
-    return distance_transform_edt(~occupied) <= radius * (1 + 1e-9) if occupied.any() else occupied.copy()
 
 
 def _end_text(end):

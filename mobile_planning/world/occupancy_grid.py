@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput, LimitExceeded
 from mobile_planning.geometry import finite_points, wrap_angle
+from mobile_planning.world.inflation import grown
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 OCCUPIED_FROM = 65
@@ -263,16 +264,10 @@ class OccupancyGrid:
                [  0,   0, 100],
                [  0, 100, 100]], dtype=int8)
         """
-        from scipy.ndimage import distance_transform_edt
-
         if not (isfinite(radius) and radius >= 0):
             raise InvalidInput(f'inflation radius {radius} m is not a finite number of at least 0')
-        occupied = self.data >= OCCUPIED_FROM
-        grown = np.array(self.data)
-        if occupied.any():
-            # 0.3 m is three cells of 0.1 m although 0.3 / 0.1 < 3 in floating point.
-            grown[distance_transform_edt(~occupied) <= radius / self.resolution * (1 + 1e-9)] = OCCUPIED
-        return OccupancyGrid(grown, self.resolution, self.origin)
+        values = np.where(grown(self.data >= OCCUPIED_FROM, radius / self.resolution), OCCUPIED, self.data)
+        return OccupancyGrid(values, self.resolution, self.origin)
 
 
 def _cell_values(data: ArrayLike) -> NDArray[np.int8]:
