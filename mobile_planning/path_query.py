@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from mobile_planning.errors import GoalOccupied, GoalOutside, NoPath, StartOccupied, StartOutside
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.grid_routes import KeptPlans
-from mobile_planning.planning_map import PlanningMap, nearest, place
+from mobile_planning.nearest_cell import nearest, shortest_way
+from mobile_planning.planning_map import PlanningMap, place
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.world.cost_to_go import cost_to_go
 
@@ -94,7 +95,7 @@ class PathQuery(NamedTuple):
 
     def _way_out(self, start, begin, wanted):
         """Return the shortest way (N, 2) from within the inflation to a wanted cell."""
-        way = self.terrain.way_out(begin, wanted, self.plans.rules.corner_cutting, self.flag)
+        way = shortest_way(self.terrain.obstacles, begin, wanted, self.plans.rules.corner_cutting, self.flag)
         if way is None:
             raise NoPath(f'no way leads out of the inflation around start {place(start)} to where the goal is reached; '
                          + self.terrain.why_occupied(start, begin, 'start'))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mobile_planning.cost_updates import checked_update
 from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, InvalidPlanner, NoMap
 from mobile_planning.grid_routes import PLANS, KeptPlans, Rules
 from mobile_planning.path_query import PathQuery
@@ -55,7 +56,7 @@ class PathServer:
     default_planner : str
         Id of the planner that serves a query without one.
     inflation_radius : float [m]
-        By which obstacles grow: the radius of the robot.
+        By which obstacles and forbidden cells grow: the radius of the robot.
     corner_cutting : bool
         Whether a diagonal step may pass an occupied cell at its side.
     unknown_is_free : bool
@@ -129,7 +130,8 @@ class PathServer:
         ----------
         grid : OccupancyGrid
         keepout : OccupancyGrid, optional
-            Mask whose occupied cells are forbidden, in the same frame; it may lie otherwise than the map.
+            Mask whose occupied cells are forbidden and grow by the inflation radius, in the same frame; it may lie
+            otherwise than the map.
         speed : OccupancyGrid, optional
             Mask of speeds in percent, 0 and unknown for no limit: a cell costs D* and A* so many times more as it
             takes longer.
@@ -156,8 +158,9 @@ class PathServer:
         cells : (N, 2) array_like of int
             Cells (x, y) of the map; of a cell named twice the last one counts.
         costs : (N,) array_like
-            1 for a free cell, any other number above 0 for a dearer or cheaper one, inf for a blocked one. They count
-            as they are told: a blocked cell does not grow by the inflation radius.
+            1 for a free cell, any other number above 0 for a dearer or cheaper one, inf for a blocked one. A blocked
+            cell grows by the inflation radius like those of the map; a free one that is forbidden, or within the
+            inflation of another cell, stays closed.
 
         Raises
         ------
@@ -170,7 +173,7 @@ class PathServer:
         """
         with self._changing:
             site = self._require_site()
-            rows = site.terrain.checked_update(cells, costs)
+            rows = checked_update(cells, costs, site.terrain.grid.shape)
             if len(rows) == 0:
                 return
             self._site = site._replace(terrain=site.terrain.updated(rows))

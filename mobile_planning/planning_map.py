@@ -6,14 +6,11 @@ from copy import copy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import InvalidInput, LimitExceeded
 from mobile_planning.map_masks import forbidden_cells, slowness
-from mobile_planning.stop_flag import StopFlag
-from mobile_planning.world.cost_to_go import cost_to_go, descend
+from mobile_planning.nearest_cell import nearest
+from mobile_planning.world.inflation import grown, regrown
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 
-# Cells in one update.
-MAX_UPDATES = 1_000_000
 # Changes that a map remembers; a plan that is further behind compares all cells.
 _CHANGES_KEPT = 64
 
@@ -23,26 +20,28 @@ class PlanningMap:
 
     A query that holds one is answered on it as a whole, whatever comes meanwhile.
 
+    Occupied cells of the map, forbidden ones of the mask and those that an update blocks all grow by the inflation
+    radius; unknown ones do not. A robot that stands in a cell of another kind than an obstacle may leave it.
+
     Parameters
     ----------
     grid : OccupancyGrid
     inflation_radius : float [m]
-        By which obstacles grow.
     unknown_is_free : bool
     keepout, speed : OccupancyGrid, optional
-        Masks, see `map_masks`. Forbidden cells do not grow, and a robot that stands in one may leave.
+        Masks, see `map_masks`.
 
     Attributes
     ----------
     grid : OccupancyGrid
         The map as it came.
     obstacles : (h, w) ndarray of bool
-        Cells with an obstacle, read-only.
+        Cells with an obstacle, or unknown, read-only.
     occupied : (h, w) ndarray of bool
-        Cells where a robot must not plan to be, obstacles, inflation and forbidden ones, read-only. The same object as
-        long as no cell of it changes.
+        Cells where a robot must not plan to be, read-only: obstacles, forbidden ones, and the inflation of both. The
+        same object as long as no cell of it changes.
     weights : (h, w) ndarray or None
-        Cost of each cell, inf where occupied, read-only; None as long as every other cell costs 1.
+        What each cell costs unless it is occupied, read-only; None as long as that is 1 everywhere.
     version : int
         Grows with every change.
     """
@@ -50,15 +49,15 @@ class PlanningMap:
     def __init__(self, grid: OccupancyGrid, inflation_radius: float = 0.0, unknown_is_free: bool = False, *,
                  keepout: OccupancyGrid | None = None, speed: OccupancyGrid | None = None):
         self.grid = grid
-        self._inflation_radius = inflation_radius
+        self._inflation_radius, self._reach = inflation_radius, inflation_radius / grid.resolution
         self.obstacles = _fixed(grid.occupied(unknown_is_free=unknown_is_free))
-        self.occupied = self.obstacles if inflation_radius == 0 else _fixed(
-            grid.inflate(inflation_radius).occupied(unknown_is_free=unknown_is_free))
-        if keepout is not None:
-            self.occupied = _fixed(self.occupied | forbidden_cells(keepout, grid))
-        self.weights = None
-        if speed is not None and ((times := slowness(speed, grid)) != 1).any():
-            self.weights = _fixed(np.where(self.occupied, np.inf, times))
+        self._forbidden = np.zeros(grid.shape, bool) if keepout is None else forbidden_cells(keepout, grid)
+        # What grows, and what it has grown to.
+        self._lethal = _fixed((grid.data >= OCCUPIED_FROM) | self._forbidden)
+        self._inflated = _fixed(grown(self._lethal, self._reach))
+        self.occupied = _fixed(self.obstacles | self._inflated)
+        times = None if speed is None else slowness(speed, grid)
+        self.weights = None if times is None or (times == 1).all() else _fixed(times)
         self.version = 0
         # What each of the last versions changed, as rows (x, y, cost).
         self._changes = ()
@@ -66,66 +65,35 @@ class PlanningMap:
     @property
     def costs(self) -> NDArray[np.float64]:
         """Cost of each cell (h, w), inf where occupied."""
-        return np.where(self.occupied, np.inf, 1.0) if self.weights is None else self.weights
-
-    def checked_update(self, cells: ArrayLike, costs: ArrayLike) -> NDArray[np.float64]:
-        """Return an update as rows (N, 3) of x, y and cost, of a cell named twice the last one.
-
-        Parameters
-        ----------
-        cells : (N, 2) array_like of int
-            Cells (x, y).
-        costs : (N,) array_like
-            Above 0; inf for blocked.
-
-        Raises
-        ------
-        InvalidInput
-            If a cell is not of the map or a cost not above 0, or there are not as many of both.
-        LimitExceeded
-            If there are too many.
-        """
-        try:
-            places, costs = np.asarray(cells, float), np.asarray(costs, float)
-        except (TypeError, ValueError):
-            raise InvalidInput('an update is not of numbers: cells (N, 2) and costs (N,)') from None
-        places = places.reshape(0, 2) if places.size == 0 else places
-        if costs.ndim != 1 or places.shape != (len(costs), 2):
-            raise InvalidInput(f'an update of cells {places.shape} and costs {costs.shape} is not (N, 2) and (N,)')
-        if len(costs) > MAX_UPDATES:
-            raise LimitExceeded(f'an update of {len(costs)} cells: the limit is {MAX_UPDATES}')
-        size = (self.grid.width, self.grid.height)
-        wrong = ~((places >= 0) & (places < size) & (places == np.floor(places))).all(axis=1)
-        if wrong.any():
-            raise InvalidInput('cell ({:g}, {:g}) of an update is not a cell of the map of {} x {} cells'.format(
-                *places[wrong.argmax()], *size))
-        wrong = ~(costs > 0)
-        if wrong.any():
-            i = wrong.argmax()
-            raise InvalidInput('cost {} of cell ({:g}, {:g}) is not above 0; a blocked cell costs inf'.format(
-                costs[i], *places[i]))
-        _, last = np.unique((places @ (1, size[0]))[::-1], return_index=True)
-        return np.column_stack([places, costs])[::-1][last]
+        return np.where(self.occupied, np.inf, 1.0 if self.weights is None else self.weights)
 
     def updated(self, rows: NDArray[np.float64]) -> PlanningMap:
-        """Return the map with other costs: a blocked cell is an obstacle and does not grow, any other is free.
+        """Return the map with other costs of some cells.
+
+        A blocked cell is an obstacle and grows. Any other is free, if it is not forbidden nor within the inflation of
+        another one, and costs what it is told.
 
         Parameters
         ----------
         rows : (N, 3) ndarray
-            From `checked_update`.
+            Of x, y and cost, see `checked_update`; each cell once.
         """
-        x, y = rows[:, :2].astype(np.int64).T
-        costs = rows[:, 2]
+        told, costs = rows[:, :2].astype(np.int64), rows[:, 2]
+        x, y = told.T
         blocked = np.isinf(costs)
         result = copy(self)
         result.obstacles = _changed(self.obstacles, x, y, blocked)
-        result.occupied = (result.obstacles if self.occupied is self.obstacles
-                           else _changed(self.occupied, x, y, blocked))
+        result._lethal = _changed(self._lethal, x, y, blocked | self._forbidden[y, x])
+        is_other = self._lethal[y, x] != result._lethal[y, x]
+        if is_other.any():
+            inflated, differing = regrown(self._inflated, result._lethal, self._reach, told[is_other])
+            result._inflated, told = _fixed(inflated), np.concatenate([told, differing])
         if self.weights is not None or (costs[~blocked] != 1).any():
-            result.weights = _changed(self.costs, x, y, costs)
-        result._changes = (*self._changes, rows)[-_CHANGES_KEPT:]
-        result.version += 1
+            weights = np.ones(self.grid.shape) if self.weights is None else self.weights
+            result.weights = _changed(weights, x[~blocked], y[~blocked], costs[~blocked])
+        x, y = told.T
+        result.occupied = _changed(self.occupied, x, y, result.obstacles[y, x] | result._inflated[y, x])
+        result._note(x, y, self)
         return result
 
     def replaced(self, newer: PlanningMap) -> PlanningMap | None:
@@ -140,14 +108,12 @@ class PlanningMap:
         if (ours.shape, ours.resolution, ours.origin) != (theirs.shape, theirs.resolution, theirs.origin):
             return None
         result = copy(newer)
-        result.version = self.version + 1
-        y, x = np.nonzero(self.occupied != newer.occupied)
-        if len(x) == 0:
+        if np.array_equal(self.occupied, newer.occupied):
             # Plans are kept for this object.
             result.occupied = self.occupied
-        rows = (np.column_stack([x, y, np.where(newer.occupied[y, x], np.inf, 1.0)]) if self.weights is newer.weights
-                else newer.changes_from(self.costs))
-        result._changes = (*self._changes, rows)[-_CHANGES_KEPT:]
+        is_other = self.occupied != newer.occupied if self.weights is newer.weights else self.costs != newer.costs
+        y, x = np.nonzero(is_other)
+        result._note(x, y, self)
         return result
 
     def changes_since(self, version: int) -> NDArray[np.float64] | None:
@@ -174,65 +140,25 @@ class PlanningMap:
 
     def why_occupied(self, pose: ArrayLike, cell: NDArray[np.int64], name: str) -> str:
         """Return the sentence for a pose in an occupied cell."""
-        value = self.grid.data[cell[1], cell[0]]
-        if value >= OCCUPIED_FROM:
-            reason = 'occupied'
-        elif not self.obstacles[cell[1], cell[0]]:
-            reason = f'forbidden or within the inflation radius of {self._inflation_radius:g} m of an obstacle'
+        x, y = cell
+        if self.obstacles[y, x]:
+            value = self.grid.data[y, x]
+            reason = ('occupied' if value >= OCCUPIED_FROM else 'unknown' if value == UNKNOWN
+                      else 'occupied since an update of the costs')
+        elif self._forbidden[y, x]:
+            reason = 'forbidden'
         else:
-            reason = 'unknown' if value == UNKNOWN else 'occupied since an update of the costs'
+            reason = f'within the inflation radius of {self._inflation_radius:g} m of an obstacle or a forbidden cell'
         found = nearest(~self.occupied, self.grid.world_to_grid(pose[:2]))
         where = 'no cell is free' if found is None else (
             'the nearest free cell ({}, {}) is {:.2f} m away'.format(*found[0], found[1] * self.grid.resolution))
         return '{} {}, cell ({}, {}), is {}; {}'.format(name, place(pose), *cell, reason, where)
 
-    def way_out(self, cell: NDArray[np.int64], wanted: NDArray[np.bool_], corner_cutting: bool,
-                flag: StopFlag) -> NDArray[np.int64] | None:
-        """Return the shortest path (N, 2) around obstacles from a cell to a wanted one, None if there is none.
-
-        Parameters
-        ----------
-        cell : (2,) ndarray of int
-            Without an obstacle.
-        wanted : (h, w) ndarray of bool
-        corner_cutting : bool
-        flag : StopFlag
-        """
-        reach = 16
-        while True:
-            left, bottom = np.maximum(cell - reach, 0)
-            window = np.s_[bottom:cell[1] + reach + 1, left:cell[0] + reach + 1]
-            here = cell - (left, bottom)
-            field = cost_to_go(self.obstacles[window], here, corner_cutting=corner_cutting, stop=flag.array)
-            lengths = np.where(wanted[window] & np.isfinite(field), field, np.inf)
-            y, x = np.unravel_index(lengths.argmin(), lengths.shape)
-            # A path that leaves the window is longer than `reach`.
-            if lengths[y, x] <= reach or (field.size == wanted.size and lengths[y, x] < np.inf):
-                # The field leads from the cell found back to where it began.
-                return descend(field, (x, y), here, corner_cutting=corner_cutting)[::-1] + (left, bottom)
-            if field.size == wanted.size:
-                return None
-            reach *= 2
-
-
-def nearest(wanted: NDArray[np.bool_], point: NDArray[np.float64]) -> tuple[NDArray[np.int64], float] | None:
-    """Return the wanted cell (2,) whose centre is nearest to a point of the grid frame, and its distance [cells].
-
-    The window around the point grows until no cell outside it can be nearer. None if no cell is wanted.
-    """
-    x, y = np.floor(point).astype(int)
-    reach = 8
-    while True:
-        left, bottom = max(0, x - reach), max(0, y - reach)
-        window = wanted[bottom:y + reach + 1, left:x + reach + 1]
-        cells = np.argwhere(window)[:, ::-1] + (left, bottom)
-        distances = np.hypot(*(cells + 0.5 - point).T)
-        # Anything outside the window lies more than `reach` away in x or in y.
-        if len(cells) and (distances.min() <= reach or window.size == wanted.size):
-            return cells[distances.argmin()], float(distances.min())
-        if window.size == wanted.size:
-            return None
-        reach *= 2
+    def _note(self, x, y, before):
+        """Become the version after another one, from which these cells differ."""
+        costs = np.where(self.occupied[y, x], np.inf, 1.0 if self.weights is None else self.weights[y, x])
+        self.version = before.version + 1
+        self._changes = (*before._changes, np.column_stack([x, y, costs]))[-_CHANGES_KEPT:]
 
 
 def place(pose: ArrayLike) -> str:

@@ -34,7 +34,8 @@ class GridPlannerOptions:
     map_topic: str = option('map', 'latched topic of the map', read_only=True)
     keepout_topic: str = option('', 'latched topic of a mask of forbidden cells, empty for none', read_only=True)
     speed_topic: str = option('', 'latched topic of a mask of speeds in percent, empty for none', read_only=True)
-    inflation_radius: float = option(0.0, 'by which obstacles grow, the radius of the robot [m]', low=0.0, high=100.0)
+    inflation_radius: float = option(0.0, 'by which obstacles and forbidden cells grow, the radius of the robot [m]',
+                                     low=0.0, high=100.0)
     corner_cutting: bool = option(False, 'whether a diagonal step may pass between or beside occupied cells')
     unknown_is_free: bool = option(False, 'whether unknown cells may be entered')
     turning_radius: float = option(0.5, "least radius of the lattice's curves [m]", low=0.001, high=100.0)
