@@ -17,6 +17,20 @@ from mobile_planning.errors import PlanningError
 QUIET = 1.0
 
 
+def tell_code(response: Any, error: Exception) -> None:
+    """Fail with the code and the sentence."""
+    response.error_code, response.error_msg = int(getattr(error, 'code', PlanningError.code)), str(error)
+
+
+def tell_sentence(response: Any, error: Exception) -> None:
+    """Fail with the sentence."""
+    response.success, response.message = False, str(error)
+
+
+def tell_nothing(response: Any, error: Exception) -> None:
+    """Fail with the response as it is made: there is no field for more."""
+
+
 class Guard:
     """Wraps the callbacks of one node.
 
@@ -64,7 +78,7 @@ class Guard:
         function : callable (request, response) -> response
             Synchronous or a coroutine function.
         fail : callable (response, error)
-            Writes the failure into a fresh response.
+            Writes the failure into a fresh response: one of the functions above, or the node's own.
         """
         def answer(args, error):
             response = type(args[-1])()

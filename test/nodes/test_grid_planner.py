@@ -46,7 +46,7 @@ class Maps:
     def publish(self, planner, grid, frame='map'):
         """Publish a map and wait until the planner plans on it."""
         self._publisher.publish(map_message(grid, frame, Time()))
-        self._ros.until(lambda: planner._site._adopted[1:3] == (grid, frame))
+        self._ros.until(lambda: planner._site._adopted.grid == grid and planner._site._adopted.frame == frame)
 
     def publish_bad(self, planner, message):
         """Publish a map that the planner refuses, and wait until it has."""
@@ -247,7 +247,7 @@ def test_masks_forbid_cells_and_slow_them_and_nothing_is_planned_without_them(ro
     planner = ros.add(GridPlanner, keepout_topic='keepout', speed_topic='speed')
     publishers = [ros.node.create_publisher(OccupancyGridMessage, topic, qos.MAP) for topic in ('/keepout', '/speed')]
     maps._publisher.publish(map_message(grid, 'map', Time()))
-    ros.until(lambda: planner._site.grid)
+    ros.until(lambda: planner._site.wanted.grid)
     free, gap = np.zeros((6, 10), np.int8), np.zeros((6, 10), np.int8)
     gap[5, 4] = 100
 
@@ -409,7 +409,7 @@ def test_a_map_that_arrives_while_planning_counts_from_the_next_request_on(ros, 
     ros.until(lambda: gate.entered.acquire(blocking=False))
     empty = OccupancyGrid(np.zeros((6, 10), np.int8), 0.1)
     maps._publisher.publish(map_message(empty, 'hall', Time()))
-    ros.until(lambda: planner._site.grid == empty)
+    ros.until(lambda: planner._site.wanted.grid == empty)
     second = ros.send(PlanPath, '/grid_planner/plan_path', request(frame='hall'))
     ros.until(lambda: planner._worker.waiting >= 2)
     gate.open()
@@ -489,5 +489,5 @@ def test_the_whole_life_cycle(ros, maps, grid):
     assert change_state(ros, 'deactivate') and change_state(ros, 'cleanup') and 'unconfigured' in ask(ros).error_msg
     # The map is latched: after another start it is there again.
     assert change_state(ros, 'configure') and change_state(ros, 'activate')
-    ros.until(lambda: planner._site.frame)
+    ros.until(lambda: planner._site.wanted.frame)
     assert ask(ros).error_code == 0
