@@ -77,8 +77,12 @@ class Plan(ABC):
         self._planner = self._occupied = None
 
     @abstractmethod
-    def route(self, terrain: PlanningMap, start: NDArray, goal: NDArray, stop: NDArray[np.uint8]) -> Route:
-        """Return the route between two configurations (3,) in cells; raise NoPath or Cancelled."""
+    def route(self, terrain: PlanningMap, start: NDArray, goal: NDArray, stop: NDArray[np.uint8],
+              done: NDArray[np.int64]) -> Route:
+        """Return the route between two configurations (3,) in cells; raise NoPath or Cancelled.
+
+        Work that can be counted has finished ``done[0]`` of ``done[1]`` parts.
+        """
 
     def _kept(self, terrain, make):
         """Return the planner, made anew if another cell is occupied than before, and where it comes from."""
@@ -93,20 +97,20 @@ class Plan(ABC):
 class DistanceTransformPlan(Plan):
     """The field of distances to the goal."""
 
-    def field(self, terrain: PlanningMap, stop: NDArray[np.uint8]) -> NDArray[np.float64]:
+    def field(self, terrain: PlanningMap, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the distance to the goal of every cell [cells]: NaN if occupied, inf if unreachable."""
-        return self._prepared(terrain, stop)[0].distancemap
+        return self._prepared(terrain, stop, done)[0].distancemap
 
-    def route(self, terrain, start, goal, stop):
+    def route(self, terrain, start, goal, stop, done):
         """Go down the field."""
-        planner, origin = self._prepared(terrain, stop)
+        planner, origin = self._prepared(terrain, stop, done)
         path = planner.query(start[:2], stop=stop)
         return Route(path, _length(path), {'plan': origin})
 
-    def _prepared(self, terrain, stop):
+    def _prepared(self, terrain, stop, done):
         def make():
             planner = DistanceTransformPlanner(terrain.occupied, corner_cutting=self._rules.corner_cutting)
-            planner.plan(self._goal, progress=False, stop=stop)
+            planner.plan(self._goal, progress=done, stop=stop)
             return planner
         return self._kept(terrain, make)
 
@@ -116,15 +120,15 @@ class DstarPlan(Plan):
 
     _version = None
 
-    def field(self, terrain: PlanningMap, stop: NDArray[np.uint8]) -> NDArray[np.float64]:
+    def field(self, terrain: PlanningMap, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the cost from every cell to the goal [cells]: NaN if occupied, inf if unreachable."""
-        self._prepare(terrain, stop)
+        self._prepare(terrain, stop, done)
         return self._planner.distancemap
 
-    def route(self, terrain, start, goal, stop):
+    def route(self, terrain, start, goal, stop, done):
         """Repair the field, and go down it."""
         before = 0 if self._planner is None else self._planner.nexpand
-        origin = self._prepare(terrain, stop)
+        origin = self._prepare(terrain, stop, done)
         path, status = self._planner.query(start[:2], stop=stop)
         expansions = self._planner.nexpand - before
         if origin == 'reused' and expansions:
@@ -132,11 +136,11 @@ class DstarPlan(Plan):
         return Route(path, float(status.cost), {
             'plan': origin, 'expansions': str(expansions), 'full_replan': str(bool(status.full_replan)).lower()})
 
-    def _prepare(self, terrain, stop):
+    def _prepare(self, terrain, stop, done):
         """Bring the plan to the costs of the map, and return where it comes from."""
         if self._planner is None:
             planner = DstarPlanner(terrain.costs, corner_cutting=self._rules.corner_cutting)
-            planner.plan(self._goal, progress=False, stop=stop)
+            planner.plan(self._goal, progress=done, stop=stop)
             self._planner, self._version = planner, terrain.version
             return 'computed'
         if self._version != terrain.version:
@@ -151,7 +155,7 @@ class AstarPlan(Plan):
 
     is_for_one_goal = False
 
-    def route(self, terrain, start, goal, stop):
+    def route(self, terrain, start, goal, stop, done):
         """Search, at the costs of the cells if they differ."""
         path, cost = astar(terrain.occupied, start[:2], goal[:2], corner_cutting=self._rules.corner_cutting,
                            costs=terrain.weights, stop=stop)
@@ -163,7 +167,7 @@ class Bug2Plan(Plan):
 
     is_for_one_goal = False
 
-    def route(self, terrain, start, goal, stop):
+    def route(self, terrain, start, goal, stop, done):
         """Walk."""
         robot = Bug2(terrain.occupied, corner_cutting=self._rules.corner_cutting)
         path = robot.run(start[:2], goal[:2], stop=stop)
@@ -175,7 +179,7 @@ class LatticePlan(Plan):
 
     is_for_one_goal = False
 
-    def route(self, terrain, start, goal, stop):
+    def route(self, terrain, start, goal, stop, done):
         """Search from the lattice's heading nearest to the start's to the one nearest to the goal's."""
         planner, _ = self._kept(terrain, lambda: LatticePlanner(
             occgrid=terrain.occupied, headings=_HEADINGS, radius=self._rules.turning_radius,

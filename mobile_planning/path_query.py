@@ -26,12 +26,15 @@ class PathQuery(NamedTuple):
         Id.
     flag : StopFlag
         Whose ``with`` block is open.
+    done : (2,) ndarray of int64
+        What the planner has done, and of how much, where it can tell.
     """
 
     terrain: PlanningMap
     plans: KeptPlans
     planner: str
     flag: StopFlag
+    done: NDArray[np.int64]
 
     def answer(self, start: NDArray[np.float64], goal: NDArray[np.float64],
                tolerance: float) -> tuple[NDArray[np.float64], float, dict[str, str]]:
@@ -56,7 +59,7 @@ class PathQuery(NamedTuple):
         try:
             with self.plans.plan(self.planner, end, self.flag) as plan:
                 route = plan.route(terrain, np.append(way[-1], heading), np.append(end, goal[2] - yaw),
-                                   self.flag.array)
+                                   self.flag.array, self.done)
         except NoPath:
             raise NoPath(f'no path leads from start {place(start)} to goal {place(goal)}') from None
         points, cost = np.array(route.points, float), route.cost
@@ -89,7 +92,7 @@ class PathQuery(NamedTuple):
             goal = np.append(terrain.grid.cell_to_world(end), goal[2])
         elif is_inside:
             with self.plans.plan('distance_transform', end, self.flag) as plan:
-                reaching = np.isfinite(plan.field(terrain, self.flag.array))
+                reaching = np.isfinite(plan.field(terrain, self.flag.array, self.done))
             way = self._way_out(start, begin, reaching)
         return way, end, goal, moved
 

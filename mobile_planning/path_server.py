@@ -64,6 +64,10 @@ class PathServer:
     turning_radius : float [m]
         Least radius of the lattice's curves.
 
+    Attributes
+    ----------
+    default_planner : str
+
     Raises
     ------
     InvalidPlanner
@@ -95,7 +99,7 @@ class PathServer:
         turning_radius: float = 0.5,
     ):
         _check_planner(default_planner)
-        self._default_planner = default_planner
+        self.default_planner = default_planner
         self._inflation_radius = _number(inflation_radius, 'inflation radius', 'm')
         self._corner_cutting = bool(corner_cutting)
         self._unknown_is_free = bool(unknown_is_free)
@@ -186,6 +190,7 @@ class PathServer:
         *,
         deadline: float | None = None,
         stop: NDArray[np.uint8] | None = None,
+        done: NDArray[np.int64] | None = None,
     ) -> tuple[OccupancyGrid, NDArray[np.float64]]:
         """Return the map and the cost from each of its cells to a goal.
 
@@ -195,7 +200,7 @@ class PathServer:
             In a free cell.
         planner : {'distance_transform', 'dstar'}
             The second heeds the costs of the cells.
-        deadline, stop
+        deadline, stop, done
             See `plan_path`.
 
         Returns
@@ -216,9 +221,9 @@ class PathServer:
         cell = terrain.cell(goal, 'goal', GoalOutside)
         if terrain.occupied[cell[1], cell[0]]:
             raise GoalOccupied(terrain.why_occupied(goal, cell, 'goal'))
-        flag = StopFlag(deadline, stop)
+        flag, done = StopFlag(deadline, stop), np.zeros(2, np.int64) if done is None else done
         with flag, plans.plan(planner, cell, flag) as plan:
-            return terrain.grid, plan.field(terrain, flag.array) * terrain.grid.resolution
+            return terrain.grid, plan.field(terrain, flag.array, done) * terrain.grid.resolution
 
     def plan_path(
         self,
@@ -230,6 +235,7 @@ class PathServer:
         seed: int = 0,
         tolerance: float = 0.0,
         stop: NDArray[np.uint8] | None = None,
+        done: NDArray[np.int64] | None = None,
     ) -> PlannedPath:
         """Return the path between two poses.
 
@@ -248,6 +254,9 @@ class PathServer:
             far from it.
         stop : (1,) ndarray of uint8, optional
             Set ``stop[0]`` from another thread to withdraw the query.
+        done : (2,) ndarray of int64, optional
+            For another thread to look at, zeros at first: ``done[0]`` of ``done[1]`` parts of the field are planned.
+            Searches that cannot say how much is before them leave it alone.
 
         Returns
         -------
@@ -270,7 +279,7 @@ class PathServer:
             If a number is not finite or out of its range.
         """
         began = time.perf_counter()
-        planner = planner or self._default_planner
+        planner = planner or self.default_planner
         _check_planner(planner)
         start, goal = _pose(start, 'start'), _pose(goal, 'goal')
         tolerance = _number(tolerance, 'tolerance', 'm')
@@ -278,7 +287,8 @@ class PathServer:
             raise InvalidInput(f'deadline {deadline} s is not above 0')
         # One reference for the whole query: another map or update may replace it meanwhile.
         terrain, plans = self._require_site()
-        query = PathQuery(terrain, plans, planner, StopFlag(deadline, stop))
+        query = PathQuery(terrain, plans, planner, StopFlag(deadline, stop),
+                          np.zeros(2, np.int64) if done is None else done)
         with query.flag:
             poses, cost, statistics = query.answer(start, goal, tolerance)
         query.flag.check()

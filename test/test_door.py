@@ -13,7 +13,8 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'mobile_planning'
 # Imports go from a higher storey to a lower one or stay in their own area.
 STOREY = {
     'errors': 0, 'geometry': 1, 'stop_flag': 1, 'world': 2, 'grid': 3, 'sampling': 3, 'fleet': 3,
-    'map_masks': 3, 'cost_updates': 3, 'nearest_cell': 3, 'planning_map': 4, 'warm_up': 4, 'recording': 4, 'outcome': 4, 'grid_routes': 5,
+    'map_masks': 3, 'cost_updates': 3, 'nearest_cell': 3, 'planning_map': 4, 'warm_up': 4, 'recording': 4,
+    'outcome': 4, 'grid_routes': 5,
     'path_query': 6, 'path_server': 7, 'simulate': 8, 'nodes': 8,
 }
 

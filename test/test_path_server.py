@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mobile_planning import errors
-from mobile_planning.path_server import PathServer
+from mobile_planning.path_server import FIELD_PLANNERS, PathServer
 from mobile_planning.world.cost_to_go import cost_to_go
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -242,6 +242,18 @@ def test_a_deadline_ends_a_field_under_way():
 def test_a_deadline_that_suffices_changes_nothing():
     answer = server_on().plan_path('', FREE, (5, 1, 0), deadline=60.0, stop=np.zeros(1, np.uint8))
     assert np.array_equal(answer.poses, server_on().plan_path('', FREE, (5, 1, 0)).poses)
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+def test_what_is_done_of_a_field_is_counted_for_another_thread_to_see(planner):
+    server, done, again = server_on(), np.zeros(2, np.int64), np.zeros(2, np.int64)
+    server.plan_path(planner, FREE, (5, 1, 0), done=done)
+    server.plan_path(planner, FREE, (5, 1, 0), done=again)
+    if planner in FIELD_PLANNERS:
+        assert ROOMS.size / 2 < done[0] <= done[1]
+    else:
+        assert done.tolist() == [0, 0]
+    assert again.tolist() == [0, 0]
 
 
 def test_a_withdrawn_query_is_cancelled_and_the_server_serves_on():

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as NotYet
+from math import isnan
 from pathlib import Path
 from typing import TypeVar
 
@@ -28,7 +29,7 @@ _BAR = 40
 
 def with_progress(
     work: Callable[[NDArray[np.uint8], NDArray[np.int64]], Result],
-    progress: bool | Callable[[float], None],
+    progress: bool | Callable[[float], None] | NDArray[np.int64],
     stop: NDArray[np.uint8] | None,
     title: str,
 ) -> Result:
@@ -38,15 +39,18 @@ def with_progress(
     ----------
     work : callable
         Ends early when ``stop[0]`` is set, and has finished ``done[0]`` of ``done[1]`` parts.
-    progress : bool or callable
+    progress : bool, callable or (2,) ndarray of int64
         Called from this thread with the share that is done, from 0 to 1, ten times a second and at the end; it may
-        raise to give up. True is a bar on the terminal, if there is one and the work lasts.
+        raise to give up. True is a bar on the terminal, if there is one and the work lasts. An array becomes ``done``.
     stop : (1,) ndarray of uint8, optional
         The caller's flag.
     title : str
         In front of the bar.
     """
-    stop, done = np.zeros(1, np.uint8) if stop is None else stop, np.zeros(2, np.int64)
+    stop = np.zeros(1, np.uint8) if stop is None else stop
+    if isinstance(progress, np.ndarray):
+        return work(stop, progress)
+    done = np.zeros(2, np.int64)
     if progress is True:
         progress = _Bar(title) if sys.stderr is not None and sys.stderr.isatty() else None
     if not progress:
@@ -73,6 +77,21 @@ def with_progress(
                 progress.close()
 
 
+def bar(share: float) -> str:
+    """Return a bar that is filled by a share from 0 to 1, and empty for NaN.
+
+    Examples
+    --------
+    >>> bar(0.25)
+    '|##########                              |  25%'
+    >>> bar(float('nan'))
+    '|                                        |   ?%'
+    """
+    if isnan(share):
+        return f'|{"":{_BAR}}|   ?%'
+    return f'|{"#" * round(share * _BAR):<{_BAR}}| {share:4.0%}'
+
+
 class _Bar:
     """A line on the terminal that fills."""
 
@@ -84,8 +103,7 @@ class _Bar:
     def __call__(self, share):
         if self._shown or time.monotonic() - self._begun > _PATIENCE:
             self._shown = True
-            filled = round(share * _BAR)
-            sys.stderr.write(f'\r{self._title} |{"#" * filled:<{_BAR}}| {share:4.0%}')
+            sys.stderr.write(f'\r{self._title} {bar(share)}')
             sys.stderr.flush()
 
     def close(self):

@@ -166,7 +166,7 @@ class PlannerBase(PlannerPlots):
         goal: ArrayLike | None = None,
         animate: bool = False,
         *,
-        progress: bool | Callable[[float], None] = True,
+        progress: bool | Callable[[float], None] | NDArray[np.int64] = True,
         verbose: bool = False,
         summary: bool = False,
         movie: str | Path | tuple | None = None,
@@ -180,9 +180,10 @@ class PlannerBase(PlannerPlots):
             Cell (x, y); the one set before if not given.
         animate : bool
             Whether to show in a window how the plan spread.
-        progress : bool or callable
+        progress : bool, callable or (2,) ndarray of int64
             Called with the share that is done, from 0 to 1, a few times a second and at the end. True is a bar, shown
-            only on a terminal and only if planning lasts.
+            only on a terminal and only if planning lasts. An array is for another thread to look at: ``progress[0]``
+            of ``progress[1]`` parts are done.
         verbose : bool
             Whether to print a line about the plan, as the planner's own `verbose` does for all.
         summary : bool

@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Callable
 
+from mobile_planning_msgs.msg import PlanProgress
 from mobile_planning_msgs.srv import PlanPath
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from rclpy.exceptions import NameValidationException
@@ -36,8 +37,18 @@ class Client:
         """Let go of the node."""
         self._executor.shutdown()
 
-    def ask(self, name: str, request: PlanPath.Request, timeout: float) -> PlanPath.Response:
+    def ask(self, name: str, request: PlanPath.Request, timeout: float,
+            show: Callable[[PlanProgress], None] | None = None) -> PlanPath.Response:
         """Return the answer of the node ``name``; as long as it has no map yet, it is asked again.
+
+        Parameters
+        ----------
+        name : str
+        request : PlanPath.Request
+        timeout : float [s]
+            How long to wait for the node, and for its answer beyond the deadline.
+        show : callable, optional
+            Called with what the node tells meanwhile of plans that take long, be they for this request or another.
 
         Raises
         ------
@@ -46,6 +57,8 @@ class Client:
         """
         try:
             client = self._node.create_client(PlanPath, f'{name}/plan_path')
+            if show is not None:
+                self._node.create_subscription(PlanProgress, f'{name}/progress', show, qos.PROGRESS)
         except NameValidationException:
             raise InvalidInput(f'{name!r} is no name of a node') from None
         if not self._wait(client.service_is_ready, timeout):

@@ -19,6 +19,7 @@ from mobile_planning.nodes.managed import ManagedNode
 from mobile_planning.nodes.path_publisher import PathPublisher
 from mobile_planning.nodes.planning_basis import PlanningBasis
 from mobile_planning.nodes.planning_site import PlanningSite
+from mobile_planning.nodes.progress import ProgressPublisher
 from mobile_planning.nodes.worker import Worker
 from mobile_planning.warm_up import warm_up
 
@@ -34,7 +35,7 @@ class GridPlanner(ManagedNode):
     def __init__(self, **kwargs):
         super().__init__('grid_planner', GridPlannerOptions, **kwargs)
         self._site, self._worker = PlanningSite(self._nothing_heard()), Worker(self)
-        self._heard, self._paths, self._fields = [], None, None
+        self._heard, self._paths, self._progress, self._fields = [], None, None, None
         # The coroutines in it wait for the worker; in the default group everything else would wait with them.
         self._waiting = ReentrantCallbackGroup()
         for kind, name, answer, fail in (
@@ -50,6 +51,7 @@ class GridPlanner(ManagedNode):
         """Listen to the map, offer the path, and load the compiled planners before somebody waits for them."""
         self._worker.submit(warm_up)
         self._paths = PathPublisher(self, self.guard)
+        self._progress = ProgressPublisher(self, self.guard, lambda: self._site.under_way)
         self._fields = self.create_lifecycle_publisher(CostToGo, '~/cost_to_go', qos.PATH)
         self._hear(OccupancyGridMessage, self.options.map_topic, self._on_map, qos.MAP)
         self._hear(CostUpdates, '~/cost_updates', self._on_cost_updates, qos.REQUESTS)
@@ -60,11 +62,12 @@ class GridPlanner(ManagedNode):
         """Forget the map and the path."""
         while self._heard:
             self.destroy_subscription(self._heard.pop())
-        if self._paths:
-            self._paths.destroy()
+        for publisher in (self._paths, self._progress):
+            if publisher:
+                publisher.destroy()
         if self._fields:
             self.destroy_lifecycle_publisher(self._fields)
-        self._paths = self._fields = None
+        self._paths = self._progress = self._fields = None
         self._site.wanted = self._nothing_heard()
 
     def change(self, options: GridPlannerOptions) -> None:
@@ -121,7 +124,8 @@ class GridPlanner(ManagedNode):
         """Publish the costs to the goal of the newest path."""
         self._require_room()
         until = time.monotonic() + self.options.default_deadline
-        grid, frame, goal, planner, field = await self._worker.run(self._site.cost_to_go, until, self._worker.stop)
+        with self._progress.watched():
+            grid, frame, goal, planner, field = await self._worker.run(self._site.cost_to_go, until, self._worker.stop)
         self.require_active()
         self._fields.publish(cost_to_go_message(grid, field, goal, planner, frame, self.get_clock().now().to_msg()))
         response.success, response.message = True, f'field of {planner} to ({goal[0]:g}, {goal[1]:g})'
@@ -146,8 +150,9 @@ class GridPlanner(ManagedNode):
             raise InvalidInput(f'the deadline of {deadline:g} s is negative')
         # Another publisher may have come before the answer.
         until, paths = time.monotonic() + (deadline or self.options.default_deadline), self._paths
-        plan, frame = await self._worker.run(
-            self._site.plan, planner, request.start, request.goal, until, seed, request.tolerance, self._worker.stop)
+        with self._progress.watched():
+            plan, frame = await self._worker.run(self._site.plan, planner, request.start, request.goal, until, seed,
+                                                 request.tolerance, self._worker.stop)
         message = paths.message(plan.poses, frame)
         self.get_logger().info(f'path of {len(plan.poses)} poses and cost {plan.cost:.3f} m '
                                f'in {plan.planning_time * 1e3:.1f} ms')

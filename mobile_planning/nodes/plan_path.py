@@ -15,6 +15,7 @@ from rclpy.node import Node
 from mobile_planning.errors import PlanningError
 from mobile_planning.nodes.client import Client
 from mobile_planning.nodes.convert import duration_message, path_poses, pose_stamped, seconds
+from mobile_planning.nodes.progress_bar import ProgressBar
 from mobile_planning.nodes.spin import StopSignals, start_ros, without_ros
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -46,6 +47,8 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     parser.add_argument('--timeout', type=float, default=10.0, metavar='S',
                         help='how long to wait for the node, and for its answer beyond the deadline [s] (10)')
     parser.add_argument('--plot', metavar='FILE', help='draw the path on the map into this file, e.g. path.png')
+    parser.add_argument('--progress', action='store_true',
+                        help='draw a bar on stderr if planning takes long, also where that is no terminal')
     parser.add_argument('--map', default='map', help='topic of the map to draw on (map)')
     options = parser.parse_args(args)
     for name in ('start', 'goal'):
@@ -119,7 +122,8 @@ def main(args: Sequence[str], stop: StopSignals) -> int:
         node = Node(f'plan_path_{os.getpid()}', enable_rosout=False, start_parameter_services=False)
         client = Client(node, stop)
         request = request_for(options)
-        response = client.ask(options.node, request, options.timeout)
+        with ProgressBar(request, options.progress or sys.stderr.isatty()) as bar:
+            response = client.ask(options.node, request, options.timeout, bar.show)
         if response.error_code:
             raise PlanningError(f'error {response.error_code}: {response.error_msg}')
         poses = path_poses(response.path)

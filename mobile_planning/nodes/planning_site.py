@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import contextmanager
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import PlanningError, PlanningTimeout
 from mobile_planning.nodes.convert import check_frame, configuration
 from mobile_planning.nodes.planning_basis import PlanningBasis
+from mobile_planning.nodes.progress import UnderWay
 from mobile_planning.path_server import FIELD_PLANNERS, PlannedPath
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -28,10 +30,13 @@ class PlanningSite:
     ----------
     wanted : PlanningBasis
         What the next request is to be planned on.
+    under_way : UnderWay or None
+        What is being planned at the moment.
     """
 
     def __init__(self, wanted: PlanningBasis):
         self.wanted = self._adopted = wanted
+        self.under_way = None
         self._server = wanted.options.path_server()
         # Goal and planner of the newest path.
         self._newest = None
@@ -106,7 +111,8 @@ class PlanningSite:
             raise PlanningError('no path was planned yet: the field leads to the goal of the newest one')
         goal, planner = self._newest
         planner = planner if planner in FIELD_PLANNERS else FIELD_PLANNERS[0]
-        grid, field = self._server.cost_to_go(goal, planner, deadline=_remaining(until), stop=stop)
+        with self._counted(planner, goal) as done:
+            grid, field = self._server.cost_to_go(goal, planner, deadline=_remaining(until), stop=stop, done=done)
         return grid, self._adopted.frame, goal, planner, field
 
     def plan(self, planner: str, start: PoseStamped, goal: PoseStamped, until: float, seed: int, tolerance: float,
@@ -134,10 +140,20 @@ class PlanningSite:
         frame = self._adopted.frame
         self._adopted.require_map()
         ends = configuration(start, frame, 'start'), configuration(goal, frame, 'goal')
-        path = self._server.plan_path(planner, *ends, deadline=_remaining(until), seed=int(seed),
-                                      tolerance=float(tolerance), stop=stop)
+        with self._counted(planner or self._server.default_planner, ends[1]) as done:
+            path = self._server.plan_path(planner, *ends, deadline=_remaining(until), seed=int(seed),
+                                          tolerance=float(tolerance), stop=stop, done=done)
         self._newest = tuple(path.poses[-1].tolist()), path.statistics['planner']
         return path, frame
+
+    @contextmanager
+    def _counted(self, planner, goal):
+        """Give the array to count in what is done, and show it until the ``with`` block is over."""
+        self.under_way = UnderWay(planner, goal, self._adopted.frame)
+        try:
+            yield self.under_way.done
+        finally:
+            self.under_way = None
 
 
 def _remaining(until):

@@ -53,5 +53,6 @@ PATH = latched()
 SOLUTION_WRITER = latched()
 SOLUTION_READER = latched(256)
 DIAGNOSTICS = live()
+PROGRESS = live()
 # Of a service that works on a request while others come in: by default only ten wait, and the rest is lost silently.
 REQUESTS = live(100)

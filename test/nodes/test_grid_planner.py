@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from mobile_planning_msgs.msg import CostToGo, CostUpdates
+from mobile_planning_msgs.msg import CostToGo, CostUpdates, PlanProgress
 from mobile_planning_msgs.srv import PlanPath, UpdateCosts
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
@@ -20,6 +20,7 @@ from mobile_planning.errors import PlanningError
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import header, map_message, path_poses, pose_stamped, seconds
 from mobile_planning.nodes.grid_planner import MAX_WAITING, GridPlanner
+from mobile_planning.nodes.progress import PATIENCE
 from mobile_planning.path_server import PathServer
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -114,7 +115,9 @@ def test_paths_asked_for_together_are_published_one_by_one_as_they_were_answered
     ros.until(lambda: paths)
     pending = [client.call_async(request(start=(0.15, y, 0))) for y in (0.15, 0.25, 0.35, 0.45, 0.55)]
     ros.until(lambda: all(future.done() for future in pending) and len(paths) == 6)
-    assert paths[1:] == [future.result().path for future in pending]
+    # A request whose result was there at once may be answered before one that had to wait for its own.
+    answered = sorted((future.result().path for future in pending), key=lambda path: seconds(path.header.stamp))
+    assert paths[1:] == answered
 
 
 def test_get_plan_answers_with_the_same_path(ros, planner):
@@ -383,14 +386,15 @@ class Gate:
 
     def __init__(self, planner, monkeypatch):
         self.entered, self._open, self._plan_path = threading.Semaphore(0), threading.Event(), PathServer.plan_path
-        self.stops = []
+        self.stops, self.counts = [], []
 
-        def plan_path(server, *args, stop, **fields):
-            self.entered.release()
+        def plan_path(server, *args, stop, done, **fields):
             self.stops.append(stop)
+            self.counts.append(done)
+            self.entered.release()
             while not (self._open.is_set() or stop[0]):
                 self._open.wait(0.01)
-            return self._plan_path(server, *args, stop=stop, **fields)
+            return self._plan_path(server, *args, stop=stop, done=done, **fields)
         monkeypatch.setattr(PathServer, 'plan_path', plan_path)
 
     def open(self):
@@ -427,6 +431,39 @@ def test_the_node_answers_others_while_it_plans(ros, planner, gate):
     gate.open()
     ros.until(pending.done)
     assert pending.result().error_code == 0
+
+
+def test_a_plan_that_takes_long_tells_how_far_it_is_until_it_is_answered(ros, planner, gate):
+    told = ros.listen(PlanProgress, '/grid_planner/progress', qos.PROGRESS)
+    pending = ros.send(PlanPath, '/grid_planner/plan_path', request())
+    ros.until(lambda: gate.entered.acquire(blocking=False))
+    ros.until(lambda: told)
+    assert (told[0].planner, told[0].header.frame_id) == ('distance_transform', 'map') and np.isnan(told[0].share)
+    assert (told[0].goal.position.x, told[0].goal.position.y) == GOAL[:2] and seconds(told[0].elapsed) >= PATIENCE
+    for done, share in ((25, 0.25), (50, 0.5), (120, 1.0)):
+        gate.counts[0][:] = done, 100
+        ros.until(lambda: told[-1].share == share)
+    gate.open()
+    ros.until(pending.done)
+    assert pending.result().error_code == 0
+    ros.until(planner._progress._timer.is_canceled)
+
+
+def test_a_plan_that_is_there_at_once_tells_nothing(ros, planner):
+    told = ros.listen(PlanProgress, '/grid_planner/progress', qos.PROGRESS)
+    ros.until(lambda: ros.node.count_publishers('/grid_planner/progress'))
+    assert ask(ros).error_code == 0 and ask(ros, planner='teleport').error_code == PlanPath.Response.INVALID_PLANNER
+    ros.until(planner._progress._timer.is_canceled)
+    assert told == [] and planner._site.under_way is None
+
+
+def test_a_request_that_waits_does_not_pass_for_the_one_that_is_planned(ros, planner, gate):
+    told = ros.listen(PlanProgress, '/grid_planner/progress', qos.PROGRESS)
+    pending = [ros.send(PlanPath, '/grid_planner/plan_path', request(planner=name)) for name in ('dstar', 'astar')]
+    ros.until(lambda: planner._worker.waiting and len(told) > 1)
+    assert {message.planner for message in told} == {'dstar'}
+    gate.open()
+    ros.until(lambda: all(future.done() for future in pending))
 
 
 def test_waiting_counts_towards_the_deadline(ros, planner, gate):

@@ -6,9 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Duration
+from mobile_planning_msgs.msg import PlanProgress
 from mobile_planning_msgs.srv import PlanPath
 from nav_msgs.srv import GetMap
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.duration import Duration as ClockDuration
 
+from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import occupancy_grid, pose_stamped
 from mobile_planning.world.map_io import load_map, save_map
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -166,6 +171,42 @@ def test_the_client_takes_the_arguments_of_ros(start, depot):
     code, out, _ = start('plan_path', '--start', 2, 2, '--goal', 27, 13, '--node', 'other', '--timeout', 30,
                          '--ros-args', '-r', '/other/plan_path:=/grid_planner/plan_path').result()
     assert code == 0 and 'cost' in out
+
+
+class SlowPlanner:
+    """Stands in for a planner node that has told how far it is before it answers."""
+
+    def __init__(self, ros):
+        self._ros, self._asked, self._released = ros, [], ros.executor.create_future()
+        self._publisher = ros.node.create_publisher(PlanProgress, '/slow/progress', qos.PROGRESS)
+
+        async def answer(request, response):
+            self._asked.append(request)
+            await self._released
+            return response
+        ros.node.create_service(PlanPath, '/slow/plan_path', answer, callback_group=ReentrantCallbackGroup())
+
+    def tell(self, *messages):
+        """Tell this once somebody listens and has asked, then answer."""
+        self._ros.until(lambda: self._asked and self._publisher.get_subscription_count())
+        for x, share in messages:
+            goal = pose_stamped((x, 3, 0), 'map').pose
+            self._publisher.publish(PlanProgress(planner='dstar', goal=goal, elapsed=Duration(sec=2), share=share))
+        assert self._publisher.wait_for_all_acked(ClockDuration(seconds=20))
+        self._released.set_result(None)
+
+
+@pytest.mark.parametrize('arguments, drawn', [
+    (['--progress'], [f'dstar |{"#" * 10:<40}|  25% 2.0 s', f'dstar |{"":<40}|   ?% 2.0 s']), ([], [])])
+def test_the_client_draws_how_far_its_plan_is_where_somebody_sees_it(ros, start, arguments, drawn):
+    slow = SlowPlanner(ros)
+    client = start('plan_path', '--start', 2, 2, '--goal', 3, 3, '--node', 'slow', '--timeout', 30, *arguments)
+    # The one to x = 4 is for somebody else.
+    slow.tell((3.0, 0.25), (4.0, 0.5), (3.0, float('nan')))
+    ros.until(lambda: client.popen.poll() is not None)
+    code, _, err = client.result()
+    # Each line is drawn over the one before.
+    assert code == 0 and [line for line in err.splitlines() if line] == drawn
 
 
 def test_a_restarted_map_server_brings_its_map_to_the_planner(ros, start, tmp_path):
