@@ -1,6 +1,7 @@
 """One path query on one map: ends that may have to be moved, the route between them, and its poses."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,29 @@ from mobile_planning.nearest_cell import nearest, shortest_way
 from mobile_planning.planning_map import PlanningMap, place
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.world.cost_to_go import cost_to_go
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedPath:
+    """The answer to a query.
+
+    Attributes
+    ----------
+    poses : (N, 3) ndarray [m, m, rad]
+        From exactly the start to exactly the goal. Each between is on a cell centre and headed to the next, those of
+        the lattice on its curves and headed along them.
+    cost : float [m]
+        Length of the path from the start's cell centre to the goal's; of a planner that heeds costs each part of it
+        times the cost there.
+    planning_time : float [s]
+    statistics : dict of str to str
+        How the path came about.
+    """
+
+    poses: NDArray[np.float64]
+    cost: float
+    planning_time: float
+    statistics: dict[str, str]
 
 
 class PathQuery(NamedTuple):

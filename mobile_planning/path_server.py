@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,36 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.cost_updates import checked_update
 from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, InvalidPlanner, NoMap
 from mobile_planning.grid_routes import PLANS, KeptPlans, Rules
-from mobile_planning.path_query import PathQuery
+from mobile_planning.path_query import PathQuery, PlannedPath
 from mobile_planning.planning_map import PlanningMap
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.warm_up import warm_up
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 FIELD_PLANNERS = ('distance_transform', 'dstar')
-
-
-@dataclass(frozen=True, eq=False)
-class PlannedPath:
-    """The answer to a query.
-
-    Attributes
-    ----------
-    poses : (N, 3) ndarray [m, m, rad]
-        From exactly the start to exactly the goal. Each between is on a cell centre and headed to the next, those of
-        the lattice on its curves and headed along them.
-    cost : float [m]
-        Length of the path from the start's cell centre to the goal's; of a planner that heeds costs each part of it
-        times the cost there.
-    planning_time : float [s]
-    statistics : dict of str to str
-        How the path came about.
-    """
-
-    poses: NDArray[np.float64]
-    cost: float
-    planning_time: float
-    statistics: dict[str, str]
 
 
 class PathServer:

@@ -12,7 +12,8 @@ from mobile_planning.errors import PlanningError, PlanningTimeout
 from mobile_planning.nodes.convert import check_frame, configuration
 from mobile_planning.nodes.planning_basis import PlanningBasis
 from mobile_planning.nodes.progress import UnderWay
-from mobile_planning.path_server import FIELD_PLANNERS, PlannedPath
+from mobile_planning.path_query import PlannedPath
+from mobile_planning.path_server import FIELD_PLANNERS
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
