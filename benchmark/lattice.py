@@ -47,6 +47,15 @@ def timed(function, repeats=1):
     return float(np.median(times)), result
 
 
+def timed_plan(make, repeats):
+    """Return the median wall time of the plans of some new planners [s] and the last planner."""
+    times = []
+    for _ in range(repeats):
+        planner = make()
+        times.append(timed(lambda: planner.plan(progress=False))[0])
+    return float(np.median(times)), planner
+
+
 def quietly(function):
     """Return the result of a function that prints."""
     with contextlib.redirect_stdout(io.StringIO()):
@@ -79,8 +88,7 @@ def goals_of(planner, count):
 def compare_graphs(side, crowd, has_toolbox):
     """Print the row of one small grid."""
     occupied = grid(side, crowd)
-    ours = LatticePlanner(root=ROOT, occgrid=occupied)
-    time_of_ours, _ = timed(lambda: ours.plan(progress=False), 11)
+    time_of_ours, ours = timed_plan(lambda: LatticePlanner(root=ROOT, occgrid=occupied), 11)
     goals = goals_of(ours, 10)
     query_of_ours, found = timed(lambda: [ours.query(ROOT, goal) for goal in goals], 5)
     row = (f'{side:>5} {crowd:>5.0%} {len(ours.vertices):>8} {ours.nedges:>7} {time_of_ours * 1e3:>9.3f} '
@@ -105,8 +113,8 @@ def compare_graphs(side, crowd, has_toolbox):
 def larger_graphs(side, headings, radius):
     """Print the row of one large grid of which 5 % is occupied."""
     occupied = grid(side, 0.05, 32)
-    planner = LatticePlanner(root=ROOT, occgrid=occupied, headings=headings, radius=radius)
-    seconds, _ = timed(lambda: planner.plan(progress=False), 3)
+    seconds, planner = timed_plan(
+        lambda: LatticePlanner(root=ROOT, occgrid=occupied, headings=headings, radius=radius), 3)
     goals = goals_of(planner, 5)
     once = LatticePlanner(occgrid=occupied, headings=headings, radius=radius)
     once.query(ROOT, ROOT)

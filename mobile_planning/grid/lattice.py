@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from mobile_planning.errors import Cancelled, InvalidInput, LimitExceeded, NoPath
+from mobile_planning.errors import InvalidInput, LimitExceeded, NoPath
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.grid.motion_primitives import heading_vectors, motion_primitives
 from mobile_planning.grid.planner import PlannerBase
-from mobile_planning.grid.state_lattice import EXPANDED, StateLattice
+from mobile_planning.grid.state_lattice import StateLattice
 from mobile_planning.world.cost_to_go import MAX_CELLS
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
@@ -248,10 +248,7 @@ class LatticePlanner(PlannerBase):
                 raise LimitExceeded(f'{iterations} iterations could reach more than {MAX_CELLS} cells')
             lattice = self._made(np.zeros((2 * half + 1, 2 * half + 1), bool), root[:2].astype(int) - half)
         heading = self._heading(root, _SAME_HEADING, 'root')
-        planned = lattice.grown(lattice.state(root[:2].astype(int), heading), iterations, stop, done)
-        if planned is None:
-            raise Cancelled('the lattice was stopped before it was complete')
-        self._planned = planned
+        self._planned = lattice.grown(lattice.state(root[:2].astype(int), heading), iterations, stop, done)
 
     def _solve(self, start, stop):
         """Return the path (N, 3) and its status."""
@@ -346,8 +343,7 @@ class LatticePlanner(PlannerBase):
     def _edge_curves(self, lattice):
         """Return the curve (P, 3) of every edge."""
         curves = []
-        expanded = lattice.vertices[(lattice.graph[lattice.vertices] & EXPANDED) != 0]
-        for motion, begin in lattice.free_motions(expanded, self._motions):
+        for motion, begin in lattice.edges_by_motion():
             curves += list(self._motions[motion].points()[None] + np.insert(begin, 2, 0, axis=1)[:, None])
         return curves
 

@@ -1,13 +1,16 @@
-"""Inner loops of the state lattice: the graph that grows from a root, and the search for a path in it.
+"""Inner loops of the state lattice: its free motions, the graph that grows from a root, and the search for a path.
 
 A state is one integer, ``cell * headings + heading``; cells are counted along the rows of a grid with an occupied
 border as wide as the longest motion, so that no motion leaves the array. The motions of heading ``h`` are those from
 ``first[h]`` to ``first[h + 1]``. Motion ``m`` adds ``step[m]`` to the state, costs ``cost[m]`` and crosses the cells
-``cell + swept[i]`` for ``i`` from ``bounds[m]`` to ``bounds[m + 1]``; the last of them comes first, it is the one that
-is most often occupied.
+``cell + swept[i]`` for ``i`` from ``bounds[m]`` to ``bounds[m + 1]``.
 
-A vertex of the graph is marked by the motion that found it, counted from 1, the root by `ROOT`, and with `EXPANDED`
-once its motions belong to the graph.
+Which motions are free is found for all states beforehand, because for a whole row of cells at once that takes a few
+nanoseconds a state, and for one state after the other tens: bit ``i % 8`` of ``free[state * octets + i // 8]`` is set
+if the ``i``-th motion of the state's heading crosses no occupied cell.
+
+A vertex of the graph is marked by the motion that found it, counted from 1, the root by `ROOT`, and with `LEAF` if it
+was found last, so that its motions do not belong to the graph.
 
 Every function has an explicit signature, so that it is compiled or read from numba's cache when this module is
 imported. None holds the GIL. Indices are cast to unsigned integers because numba would otherwise test each one for
@@ -16,39 +19,60 @@ being negative.
 import numpy as np
 from numba import b1, f8, i8, njit, types, u1, u2, u4, u8
 
-CELLS = types.Array(u1, 1, 'C', readonly=True)
+OCTETS = types.Array(u1, 1, 'C', readonly=True)
 INTEGERS = types.Array(i8, 1, 'C', readonly=True)
 NUMBERS = types.Array(f8, 1, 'C', readonly=True)
 MARKS = types.Array(u2, 1, 'C', readonly=True)
 
-EXPANDED = 1 << 15
-ROOT = EXPANDED - 1
+LEAF = 1 << 15
+ROOT = LEAF - 1
 # How often the flag to stop is looked at [states].
 PERIOD = 1 << 12
 
 
-@njit(b1(CELLS, u8, i8, INTEGERS, INTEGERS), nogil=True, cache=True, inline='always')
-def is_free(occupied, cell, motion, bounds, swept):
-    """Return whether no cell is occupied that the motion crosses."""
-    for i in range(bounds[motion], bounds[motion + 1]):
-        if occupied[np.uint64(np.int64(cell) + swept[i])]:
+@njit(b1(u1[::1], OCTETS, i8, i8, i8, i8, INTEGERS, INTEGERS, INTEGERS, u1[::1]), nogil=True, cache=True)
+def find_free(free, occupied, width, border, headings, octets, first, bounds, swept, stop):
+    """Set the bits of the free motions in an array of zeros; return False if ``stop[0]`` was set before the end."""
+    across = width - 2 * border
+    blocked, bits = np.empty(across, np.uint8), np.empty(across, np.uint8)
+    for row in range(border * width + border, occupied.size - border * width, width):
+        if stop[0]:
             return False
+        for heading in range(headings):
+            for octet in range(octets):
+                bits[:] = 0
+                begin = first[heading] + 8 * octet
+                for motion in range(begin, min(begin + 8, first[heading + 1])):
+                    blocked[:] = 0
+                    for i in range(bounds[motion], bounds[motion + 1]):
+                        crossed = occupied[row + swept[i]:row + swept[i] + across]
+                        for x in range(across):
+                            blocked[x] |= crossed[x]
+                    bit = np.uint8(1 << (motion - begin))
+                    for x in range(across):
+                        bits[x] |= np.uint8(0) if blocked[x] else bit
+                for x in range(across):
+                    free[np.uint64(((row + x) * headings + heading) * octets + octet)] = bits[x]
     return True
 
 
-@njit(types.Tuple((u4[::1], i8, i8, i8, b1))(
-    u2[::1], CELLS, i8, i8, i8, INTEGERS, INTEGERS, INTEGERS, INTEGERS, u1[::1], i8[::1]), nogil=True, cache=True)
-def grow(graph, occupied, root, iterations, headings, first, step, bounds, swept, stop, done):
+@njit(b1(OCTETS, u8, i8, i8), nogil=True, cache=True, inline='always')
+def is_free(free, state, octets, i):
+    """Return whether the ``i``-th motion of a state's heading is free."""
+    return (free[state * np.uint64(octets) + np.uint64(i >> 3)] >> np.uint8(i & 7)) & 1 != 0
+
+
+@njit(types.Tuple((u4[::1], i8, i8, b1))(
+    u2[::1], OCTETS, i8, i8, i8, i8, i8, INTEGERS, INTEGERS, u1[::1], i8[::1]), nogil=True, cache=True)
+def grow(graph, free, most, root, iterations, headings, octets, first, step, stop, done):
     """Add to an empty graph what ``iterations`` rounds of motions reach from the root.
 
-    Returns the vertices in the order in which they were found, how many of them were expanded, the number of edges,
-    the rounds made, and False if ``stop[0]`` was set before the end.
+    Returns the vertices in the order in which they were found, at most ``most``, how many of them were expanded, the
+    number of edges, and False if ``stop[0]`` was set before the end.
     """
-    vertices = np.empty(1 << 12, np.uint32)
+    # Its untouched pages cost nothing.
+    vertices = np.empty(most, np.uint32)
     vertices[0], count, expanded, edges, rounds = root, 1, 0, 0, 0
-    most_motions = 0
-    for heading in range(headings):
-        most_motions = max(most_motions, first[heading + 1] - first[heading])
     graph[root] = ROOT
     size = np.uint64(headings)
     while expanded < count and rounds < iterations:
@@ -56,19 +80,14 @@ def grow(graph, occupied, root, iterations, headings, first, step, bounds, swept
         while expanded < frontier:
             if expanded % PERIOD == 0:
                 if stop[0]:
-                    return vertices[:count].copy(), expanded, edges, rounds, False
+                    return vertices[:count], expanded, edges, False
                 done[0] = expanded
-            if count + most_motions > vertices.size:
-                grown = np.empty(2 * (count + most_motions), np.uint32)
-                grown[:count] = vertices[:count]
-                vertices = grown
             state = np.uint64(vertices[np.uint64(expanded)])
-            graph[state] |= EXPANDED
             expanded += 1
-            cell = state // size
-            heading = state - cell * size
-            for motion in range(first[heading], first[heading + np.uint64(1)]):
-                if not is_free(occupied, cell, motion, bounds, swept):
+            heading = state % size
+            begin = first[heading]
+            for motion in range(begin, first[heading + np.uint64(1)]):
+                if not is_free(free, state, octets, motion - begin):
                     continue
                 edges += 1
                 reached = np.uint64(np.int64(state) + step[motion])
@@ -77,7 +96,9 @@ def grow(graph, occupied, root, iterations, headings, first, step, bounds, swept
                     vertices[np.uint64(count)] = reached
                     count += 1
         rounds += 1
-    return vertices[:count].copy(), expanded, edges, rounds, True
+    for i in range(expanded, count):
+        graph[np.uint64(vertices[i])] |= LEAF
+    return vertices[:count], expanded, edges, True
 
 
 @njit(u2[::1](MARKS, i8, INTEGERS), nogil=True, cache=True)
@@ -139,10 +160,10 @@ def least_cost(field, per_step, per_cell, cell, width, goal_x, goal_y):
 
 
 @njit(types.Tuple((i8, f8, i8))(
-    f8[::1], u2[::1], MARKS, CELLS, NUMBERS, i8, i8, i8, i8, i8, f8, f8, INTEGERS, INTEGERS, NUMBERS, INTEGERS,
-    INTEGERS, u1[::1]), nogil=True, cache=True)
-def search(costs, came, graph, occupied, field, width, start, goal_cell, goal_heading, headings, per_step, per_cell,
-           first, step, cost, bounds, swept, stop):
+    f8[::1], u2[::1], MARKS, OCTETS, NUMBERS, i8, i8, i8, i8, i8, i8, f8, f8, INTEGERS, INTEGERS, NUMBERS,
+    u1[::1]), nogil=True, cache=True)
+def search(costs, came, graph, free, field, width, start, goal_cell, goal_heading, headings, octets, per_step,
+           per_cell, first, step, cost, stop):
     """Search the cheapest path by A*; without a graph (size 0) every free motion may be taken.
 
     Parameters
@@ -180,18 +201,19 @@ def search(costs, came, graph, occupied, field, width, start, goal_cell, goal_he
         heading = state - cell * size
         if np.int64(cell) == goal_cell and (goal_heading < 0 or np.int64(heading) == goal_heading):
             return np.int64(state), length, expansions
-        if graph.size > 0 and not graph[state] & EXPANDED:
+        if graph.size > 0 and graph[state] & LEAF:
             continue
         expansions += 1
         if expansions % PERIOD == 0 and stop[0]:
             return -2, np.inf, expansions
-        for motion in range(first[heading], first[heading + np.uint64(1)]):
+        begin = first[heading]
+        for motion in range(begin, first[heading + np.uint64(1)]):
             reached = np.uint64(np.int64(state) + step[motion])
             longer = length + cost[np.uint64(motion)]
             # Rounding must not decide between equal ways: the first one found stays.
             if came[reached] and longer >= costs[reached] - 1e-9:
                 continue
-            if not is_free(occupied, cell, motion, bounds, swept):
+            if not is_free(free, state, octets, motion - begin):
                 continue
             bound = least_cost(field, per_step, per_cell, np.int64(reached // size), width, goal_x, goal_y)
             if not bound < np.inf:

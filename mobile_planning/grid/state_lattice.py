@@ -11,8 +11,6 @@ from mobile_planning.errors import Cancelled, LimitExceeded
 from mobile_planning.grid.motion_primitives import MotionPrimitive, octile_length
 from mobile_planning.world.cost_to_go import cost_to_go
 
-# Marks a vertex of the graph whose motions belong to it.
-EXPANDED = 1 << 15
 _FOR_EVER = 1 << 62
 
 
@@ -40,17 +38,17 @@ class StateLattice:
         How each vertex was found, see `lattice_kernels`.
     vertices : (N,) ndarray of uint32
         States in the order in which they were found.
+    expanded : int
+        How many vertices, the first ones, have their motions in the graph.
     edges : int
-    is_filled : bool
-        Whether the graph has all that the root reaches.
     """
 
     MAX_STATES = (1 << 32) - 1
 
     def __init__(self, occupied: NDArray[np.bool_], corner: Sequence[int], headings: int,
                  motions: Sequence[MotionPrimitive], costs: NDArray[np.float64], corner_cutting: bool):
-        swept = [_last_first(motion.swept_cells(corner_cutting), motion.end) for motion in motions]
-        border = int(max(np.abs(cells).max() for cells in swept))
+        swept = [motion.swept_cells(corner_cutting) for motion in motions]
+        self._border = border = int(max(np.abs(cells).max() for cells in swept))
         height, width = np.add(occupied.shape, 2 * border).tolist()
         if height * width * headings > self.MAX_STATES:
             raise LimitExceeded(f'a lattice of {height * width * headings} states is above {self.MAX_STATES}')
@@ -61,6 +59,7 @@ class StateLattice:
         self._first = np.searchsorted([motion.heading for motion in motions], np.arange(headings + 1))
         shift = np.array([y * width + x for x, y in (motion.end for motion in motions)])
         turned = [motion.end_heading - motion.heading for motion in motions]
+        self._octets = -(-int(np.diff(self._first).max()) // 8)
         self._step = shift * headings + turned
         self._cost = np.ascontiguousarray(costs, float)
         self._bounds = np.cumsum([0, *map(len, swept)])
@@ -70,9 +69,14 @@ class StateLattice:
         lengths = [octile_length(motion, corner_cutting) for motion in motions]
         self._per_step = float(min(costs / lengths)) * (1 - 1e-12)
         self._corner_cutting = corner_cutting
-        self._field = (-1, None)
+        self._field, self._free = (-1, None), None
         self.graph = self.vertices = None
-        self.edges, self.is_filled = 0, False
+        self.expanded, self.edges = 0, 0
+
+    @property
+    def is_filled(self) -> bool:
+        """Whether there is a graph, and it has all that its root reaches."""
+        return self.graph is not None and self.expanded == len(self.vertices)
 
     def state(self, cell: NDArray[np.int64], heading: int) -> int:
         """Return the state of a cell (x, y) and a heading, or -1 outside the grid."""
@@ -94,18 +98,27 @@ class StateLattice:
         return np.column_stack([x, y]) + self._corner, headings
 
     def grown(self, root: int, iterations: int | None, stop: NDArray[np.uint8],
-              done: NDArray[np.int64]) -> StateLattice | None:
-        """Return this lattice with the graph that ``iterations`` rounds reach from the root; None if stopped."""
+              done: NDArray[np.int64]) -> StateLattice:
+        """Return this lattice with the graph that ``iterations`` rounds reach from the root.
+
+        Raises
+        ------
+        Cancelled
+            If ``stop`` was set.
+        """
         from mobile_planning.grid import lattice_kernels as kernels
 
+        free = self._free_motions(stop)
         lattice = copy(self)
         lattice.graph = np.zeros(self._occupied.size * self._headings, np.uint16)
-        done[:] = 0, int((self._occupied == 0).sum()) * self._headings
-        lattice.vertices, expanded, lattice.edges, _, finished = kernels.grow(
-            lattice.graph, self._occupied.ravel(), root, _FOR_EVER if iterations is None else iterations,
-            self._headings, self._first, self._step, self._bounds, self._swept, stop, done)
-        lattice.is_filled = expanded == len(lattice.vertices)
-        return lattice if finished else None
+        most = int((self._occupied == 0).sum()) * self._headings
+        done[:] = 0, most
+        lattice.vertices, lattice.expanded, lattice.edges, finished = kernels.grow(
+            lattice.graph, free, most, root, _FOR_EVER if iterations is None else iterations, self._headings,
+            self._octets, self._first, self._step, stop, done)
+        if not finished:
+            raise Cancelled('the lattice was stopped before it was complete')
+        return lattice
 
     def motions_to(self, state: int) -> NDArray[np.uint16]:
         """Return the motions by which a vertex of the graph was first reached from the root."""
@@ -113,15 +126,15 @@ class StateLattice:
 
         return kernels.motions_from_root(self.graph, state, self._step)
 
-    def free_motions(self, states: NDArray, motions: Sequence[MotionPrimitive]) -> Iterator[tuple[int, NDArray]]:
-        """Yield each motion with the cells (N, 2) from which it can be driven among these states."""
-        cells, headings = np.divmod(np.asarray(states, np.int64), self._headings)
-        occupied = self._occupied.ravel()
-        for i, motion in enumerate(motions):
-            begin = cells[headings == motion.heading]
-            crossed = begin[:, None] + self._swept[self._bounds[i]:self._bounds[i + 1]]
-            begin = begin[~occupied[crossed].any(axis=1)]
-            yield i, self.cells_and_headings(begin * self._headings)[0]
+    def edges_by_motion(self) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Yield each motion with the cells (N, 2) from which it belongs to the graph."""
+        states = self.vertices[:self.expanded].astype(np.int64)
+        headings = states % self._headings
+        for heading, begin in enumerate(self._first[:-1]):
+            here = states[headings == heading]
+            cells = self.cells_and_headings(here)[0]
+            for i in range(self._first[heading + 1] - begin):
+                yield begin + i, cells[self._free[here * self._octets + i // 8] >> i % 8 & 1 != 0]
 
     def cheapest(
         self, start: tuple[NDArray[np.int64], int], goal: tuple[NDArray[np.int64], int],
@@ -146,15 +159,14 @@ class StateLattice:
         stop = np.zeros(1, np.uint8) if stop is None else stop
         states = self._occupied.size * self._headings
         goal_cell = self.state(goal[0], 0) // self._headings
-        field = self._field_to(goal_cell, stop)
+        free, field = self._free_motions(stop), self._field_to(goal_cell, stop)
         # Untouched pages of both cost nothing.
         costs, came = np.empty(states), np.zeros(states, np.uint16)
         graph = np.empty(0, np.uint16) if self.graph is None else self.graph
         begin = self.state(*start)
         state, cost, _ = kernels.search(
-            costs, came, graph, self._occupied.ravel(), field, self._occupied.shape[1], begin, goal_cell, goal[1],
-            self._headings, self._per_step, self._per_cell, self._first, self._step, self._cost, self._bounds,
-            self._swept, stop)
+            costs, came, graph, free, field, self._occupied.shape[1], begin, goal_cell, goal[1], self._headings,
+            self._octets, self._per_step, self._per_cell, self._first, self._step, self._cost, stop)
         if state == -2:
             raise Cancelled('the search of the lattice was stopped before it found a path')
         if state < 0:
@@ -162,6 +174,18 @@ class StateLattice:
         # The search marks its start as a graph marks its root.
         motions = kernels.motions_from_root(came, state, self._step).tolist()
         return motions, np.cumsum([begin, *self._step[motions].tolist()]).tolist(), float(cost)
+
+    def _free_motions(self, stop):
+        """Return which motions of each state cross no occupied cell, found when first needed; see the kernels."""
+        from mobile_planning.grid import lattice_kernels as kernels
+
+        if self._free is None:
+            free = np.zeros(self._occupied.size * self._headings * self._octets, np.uint8)
+            if not kernels.find_free(free, self._occupied.ravel(), self._occupied.shape[1], self._border,
+                                     self._headings, self._octets, self._first, self._bounds, self._swept, stop):
+                raise Cancelled('the lattice was stopped before it was complete')
+            self._free = free
+        return self._free
 
     def _field_to(self, goal_cell, stop):
         """Return the lengths of octile paths to the goal's cell, those of the last goal kept."""
@@ -171,8 +195,3 @@ class StateLattice:
             field = cost_to_go(self._occupied, (x, y), corner_cutting=self._corner_cutting, stop=stop).ravel()
             self._field = (goal_cell, field)
         return field
-
-
-def _last_first(cells, end):
-    """Return the cells that a motion crosses without its first, the last at the front."""
-    return np.array([end, *(cell for cell in cells.tolist() if tuple(cell) not in ((0, 0), end))])
