@@ -521,6 +521,15 @@ def test_the_lattice_heeds_headings_and_its_curves_turn_no_tighter_than_the_radi
     np.testing.assert_allclose(steps[1:-1] @ (1, 1j) / lengths[1:-1], heading, atol=5e-3)
 
 
+def test_the_lattice_goes_between_its_headings_in_one_bend_instead_of_a_zigzag():
+    server = PathServer(turning_radius=0.5)
+    server.set_map(OccupancyGrid(np.zeros((120, 400), np.int8), 0.05))
+    path = server.plan_path('lattice', (1.0, 1.0, 0.0), (16.0, 4.0, 0.0))
+    turned = np.angle(np.exp(1j * np.diff(path.poses[:, 2])))
+    # Out of the first heading and back into it, by the angle to the next one.
+    assert np.abs(turned).sum() < 2.1 * np.arctan(0.5)
+
+
 def test_the_field_of_costs_is_in_metres_and_heeds_updates_for_dstar():
     server = server_on()
     grid, field = server.cost_to_go((0.55, 0.55))

@@ -37,12 +37,14 @@ class LatticeEdge:
     cost : float
     move : str
         'S', 'L' or 'R'; the small letter for backwards.
+    length : float [cells]
     """
 
     v1: str
     v2: str
     cost: float
     move: str
+    length: float
 
     def __repr__(self) -> str:
         return f'Edge{{[{self.v1}] -- [{self.v2}], cost={self.cost:.4g}}}'
@@ -235,6 +237,45 @@ class LatticePlanner(PlannerBase):
         self._watch_plan(lambda stop, done: self._grow(rounds, stop, done), animate, progress, verbose, summary, movie,
                          stop)
 
+    def curve(self, path: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the curve that a robot drives along a path of this lattice.
+
+        Parameters
+        ----------
+        path : (N, 3) array_like [cells, cells, rad]
+            As `query` returns it. Where no motion joins two of its configurations the curve is straight.
+
+        Returns
+        -------
+        curve : (P, 3) ndarray [cells, cells, rad]
+            Poses, those of the path among them, on arcs at most 0.1 cells apart. The heading is the robot's own:
+            backwards it is opposite to the way it goes.
+        directions : (P,) ndarray
+            1 where the robot arrives at a pose forwards, -1 where backwards.
+
+        Examples
+        --------
+        >>> curve, directions = LatticePlanner().curve([(0, 0, 0), (1, 0, 0), (2, 1, np.pi / 2)])
+        >>> curve[[0, 1, 9, -1]].round(2)
+        array([[0.  , 0.  , 0.  ],
+               [1.  , 0.  , 0.  ],
+               [1.71, 0.29, 0.79],
+               [2.  , 1.  , 1.57]])
+        """
+        path = _numbers(path, 'path')
+        if path.ndim != 2 or path.shape[1] != 3:
+            raise InvalidInput(f'a path of shape {path.shape} is not one of configurations (N, 3)')
+        known = {(m.heading, *m.end, m.end_heading): m for m in self._motions}
+        headings = np.abs(wrap_angle(path[:, 2, None] - self._angles)).argmin(axis=1)
+        curve, directions = [path[:1]], [np.ones(1)]
+        for begin, end, heading, end_heading in zip(path, path[1:], headings, headings[1:]):
+            offset = np.rint(end[:2] - begin[:2]).astype(int).tolist()
+            motion = known.get((int(heading), *offset, int(end_heading)))
+            pieces = end[None] if motion is None else motion.points()[1:] + (*begin[:2], 0.0)
+            curve.append(pieces)
+            directions.append(np.full(len(pieces), -1.0 if motion is not None and motion.is_reverse else 1.0))
+        return np.concatenate(curve), np.concatenate(directions)
+
     def has_plan(self) -> bool:
         """Return True: a graph serves every goal, and a new goal is no reason to grow another."""
         return True
@@ -270,7 +311,7 @@ class LatticePlanner(PlannerBase):
         if motions is None:
             raise NoPath(f'no path leads from start {_text(start)} to goal {_text(goal)}')
         names = self._names(lattice, motions, states)
-        edges = [LatticeEdge(*pair, float(self._motion_costs[m]), self._motions[m].code)
+        edges = [LatticeEdge(*pair, float(self._motion_costs[m]), self._motions[m].code, self._motions[m].length)
                  for *pair, m in zip(names, names[1:], motions)]
         return self._configurations(lattice, states), LatticeStatus(cost, [edge.move for edge in edges], edges)
 
@@ -317,20 +358,8 @@ class LatticePlanner(PlannerBase):
         return [*super()._facts(), f'headings: {len(self._angles)}', f'turning radius: {radius:.4g} cells',
                 f'graph: {graph}']
 
-    def _curve(self, path):
-        """Return the curve of a path of configurations, motion by motion, and its directions."""
-        if path.shape[1] != 3:
-            return path, None
-        known = {(m.heading, *m.end, m.end_heading): m for m in self._motions}
-        headings = np.abs(wrap_angle(path[:, 2, None] - self._angles)).argmin(axis=1)
-        curve, directions = [path[:1]], [np.ones(1)]
-        for begin, end, heading, end_heading in zip(path, path[1:], headings, headings[1:]):
-            offset = np.rint(end[:2] - begin[:2]).astype(int).tolist()
-            motion = known.get((int(heading), *offset, int(end_heading)))
-            pieces = end[None] if motion is None else motion.points()[1:] + (*begin[:2], 0.0)
-            curve.append(pieces)
-            directions.append(np.full(len(pieces), -1.0 if motion is not None and motion.is_reverse else 1.0))
-        return np.concatenate(curve), np.concatenate(directions)
+    def _drawn_curve(self, path):
+        return self.curve(path) if path.shape[1] == 3 else super()._drawn_curve(path)
 
     def _plot_background(self, ax: Axes, configspace: bool, options: dict) -> None:
         """Draw the grid, and the graph unless it is too large."""

@@ -261,9 +261,9 @@ class PlannerPlots:
             else:
                 maps.draw_pose(ax, end, {**usual_marker, **(marker or {})}, label=name)
 
-    def _curve(self, path: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """Return the points that a path passes, closer than its own, and their directions if it knows them."""
-        return path, None
+    def _drawn_curve(self, path: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the points that a path passes, perhaps closer than its own, and the direction of arrival at each."""
+        return path, np.ones(len(path))
 
     def _drawn_path(self, path, direction, configspace, unwrap):
         """Return the path's points, its curve, and the directions at both."""
@@ -274,14 +274,15 @@ class PlannerPlots:
             raise InvalidInput('configspace needs a path of configurations (x, y, theta)')
         if direction is not None and np.shape(direction) != (len(points),):
             raise InvalidInput(f'direction of shape {np.shape(direction)} does not belong to {len(points)} points')
-        curve, known = self._curve(points)
         at_points = np.ones(len(points))
-        if direction is not None:
-            at_points = np.asarray(direction, float)
-            curve, known = (points, at_points)
+        if direction is None:
+            curve, at_curve = self._drawn_curve(points)
+        else:
+            at_points = at_curve = np.asarray(direction, float)
+            curve = points
         if points.shape[1] == 3 and unwrap:
             points, curve = (np.column_stack([each[:, :2], np.unwrap(each[:, 2])]) for each in (points, curve))
-        return points, curve, (at_points, np.ones(len(curve)) if known is None else known)
+        return points, curve, (at_points, at_curve)
 
     def _axes(self, ax, *, space=None, window=False):
         """Return the given axes, or those of a new figure around the grid."""

@@ -171,13 +171,38 @@ def test_the_curve_of_a_path_stays_in_free_cells_and_turns_no_tighter_than_the_r
         path, _ = lattice.query((*cell, 0), free[seed % len(free)])
     except NoPath:
         return
-    curve, directions = lattice._curve(path)
+    curve, directions = lattice.curve(path)
     inside = (np.abs(curve[:, :2] - np.rint(curve[:, :2])) < 0.499).all(axis=1)
     x, y = np.rint(curve[inside, :2]).astype(int).T
     assert not occupied[y, x].any() and len(directions) == len(curve)
     steps = np.diff(curve, axis=0)
     bend = np.abs(np.angle(np.exp(1j * steps[:, 2])))
     assert (bend <= np.hypot(*steps[:, :2].T) / 1.5 * 1.01 + 1e-9).all()
+
+
+def test_backwards_the_body_keeps_its_heading_along_the_curve():
+    lattice = LatticePlanner(occgrid=np.zeros((1, 20)), headings=16, reverse_cost=1.0)
+    path, status = lattice.query((15, 0, 0), (4, 0, 0))
+    curve, directions = lattice.curve(path)
+    assert set(status.segments) == {'s'} and (np.diff(curve[:, 0]) < 0).all() and (curve[:, 2] == 0).all()
+    assert (directions[1:] == -1).all()
+
+
+def test_the_lengths_of_the_edges_are_those_of_their_curves():
+    lattice = LatticePlanner((1, 7, 3), occgrid=np.zeros((30, 40)), headings=16, radius=3, turn_cost=2)
+    path, status = lattice.query((2, 2, 0), (30, 21, np.pi))
+    curve, _ = lattice.curve(path)
+    assert sum(edge.length for edge in status.edges) == pytest.approx(
+        np.hypot(*np.diff(curve, axis=0).T[:2]).sum(), rel=1e-4)
+
+
+def test_a_curve_is_one_of_configurations_and_straight_where_no_motion_is_known():
+    lattice = LatticePlanner()
+    curve, directions = lattice.curve([(0, 0, 0), (5, 3, 0)])
+    assert curve.tolist() == [[0, 0, 0], [5, 3, 0]] and directions.tolist() == [1, 1]
+    for wrong in ([(0, 0), (1, 0)], [], 'path'):
+        with pytest.raises(InvalidInput, match='path'):
+            lattice.curve(wrong)
 
 
 def test_an_arc_needs_the_cell_that_it_crosses():
