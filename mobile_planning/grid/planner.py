@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from mobile_planning.errors import (
     GoalOccupied, GoalOutside, InvalidInput, NoMap, StartOccupied, StartOutside)
 from mobile_planning.grid.observer import film_of, with_progress
-from mobile_planning.grid.planner_plots import PlannerPlots
+from mobile_planning.grid.planner_films import PlannerFilms
 from mobile_planning.world.cost_to_go import as_mask
 from mobile_planning.world.inflation import grown
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
@@ -20,7 +20,7 @@ _ENDPOINT_ERRORS = {
     'start': (StartOutside, StartOccupied), 'goal': (GoalOutside, GoalOccupied), 'root': (StartOutside, StartOccupied)}
 
 
-class PlannerBase(PlannerPlots):
+class PlannerBase(PlannerFilms):
     """A planner on a grid of cells, each (x, y) = (column, row), its centre on the integers.
 
     Points may be given as real numbers: they mean the cell whose centre is nearest.

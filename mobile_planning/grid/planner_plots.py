@@ -1,14 +1,13 @@
-"""The pictures of a planner: its grid, its plan, its path, still or moving."""
+"""The pictures of a planner: its grid, its plan, its path."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.grid.observer import film_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -196,47 +195,6 @@ class PlannerPlots:
             windows.show(block)
         return ax
 
-    def _animate_path(self, path, animate, movie):
-        """Show the robot drive its path, in a window or a film."""
-        from mobile_planning.drawing import animation, maps
-
-        film, interval = film_of(movie)
-        ax = self.plot(ax=self._axes(None, window=animate))
-        _, curve, (_, directions) = self._drawn_path(path, None, False, True)
-        (trail,) = ax.plot([], [], color=maps.PATH_COLOUR, linewidth=2.5, zorder=3)
-        (robot,) = ax.plot([], [], **maps.ROBOT_MARKER)
-
-        def show_share(share):
-            passed = 1 + round(share * (len(curve) - 1))
-            trail.set_data(curve[:passed, 0], curve[:passed, 1])
-            robot.set_data(curve[passed - 1:passed, 0], curve[passed - 1:passed, 1])
-
-        animation.play(ax.figure, show_share, len(curve) - 1, film=film, interval=interval, window=animate)
-
-    def _animate_plan(self, animate, movie):
-        """Show the plan spread, in a window or a film."""
-        from mobile_planning.drawing import animation
-
-        film, interval = film_of(movie)
-        ax = self._axes(None, window=animate)
-        show_share, steps = self._growth(ax)
-        self._plot_ends(ax, [_ends_of(self.start), _ends_of(self.goal)], (None, None), (None, None))
-        animation.play(ax.figure, show_share, steps, film=film, interval=interval, window=animate)
-
-    def _growth(self, ax: Axes) -> tuple[Callable[[float], None], int]:
-        """Draw the whole plan and return what hides all but the first share of it, and of how many steps it is made."""
-        field = getattr(self, 'distancemap', None)
-        self.plot_bg(ax=ax)
-        if field is None:
-            return lambda share: None, 1
-        image = ax.images[0]
-        farthest = field[np.isfinite(field)].max()
-
-        def show_share(share):
-            image.set_data(np.ma.masked_where(~(field <= share * farthest), field))
-
-        return show_share, int(farthest) + 1
-
     def _plot_background(self, ax, configspace, options):
         """Draw what lies under a path."""
         from mobile_planning.drawing import maps, space
@@ -246,7 +204,7 @@ class PlannerPlots:
         elif self._occupied is not None:
             space.draw_floor(ax, self._occupied, -np.pi, maps.RED)
 
-    def _plot_ends(self, ax, ends, markers, vehicles):
+    def _plot_ends(self, ax, ends, markers=(None, None), vehicles=(None, None)):
         """Draw start and goal, each a marker or a vehicle."""
         from mobile_planning.drawing import maps
         from mobile_planning.drawing.vehicles import GOAL_VEHICLE, START_VEHICLE, draw_vehicle
