@@ -2,71 +2,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from mobile_planning.errors import InvalidInput, LimitExceeded, NoPath
-from mobile_planning.geometry import wrap_angle
-from mobile_planning.grid.motion_primitives import heading_vectors, motion_primitives
+from mobile_planning.grid.lattice_motions import LatticeMotions, numbers
+from mobile_planning.grid.lattice_plots import LatticePlots
+from mobile_planning.grid.lattice_status import LatticeEdge, LatticeStatus
 from mobile_planning.grid.planner import PlannerBase
 from mobile_planning.grid.state_lattice import StateLattice
 from mobile_planning.world.cost_to_go import MAX_CELLS
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 # How far a heading may be from one of the lattice's [rad].
 _SAME_HEADING = 1e-3
-# Beyond this the edges of a graph are not drawn: one would see a grey sheet.
-_MOST_DRAWN = 30_000
 
 
-@dataclass(frozen=True)
-class LatticeEdge:
-    """A motion between two vertices of the graph.
-
-    Attributes
-    ----------
-    v1, v2 : str
-        Names of the vertices: the motions by which each was first reached from the root '0'.
-    cost : float
-    move : str
-        'S', 'L' or 'R'; the small letter for backwards.
-    length : float [cells]
-    """
-
-    v1: str
-    v2: str
-    cost: float
-    move: str
-    length: float
-
-    def __repr__(self) -> str:
-        return f'Edge{{[{self.v1}] -- [{self.v2}], cost={self.cost:.4g}}}'
-
-
-class LatticeStatus(NamedTuple):
-    """How a path through the lattice is made.
-
-    Attributes
-    ----------
-    cost : float
-    segments : list of str
-        'S', 'L' or 'R' for each motion; the small letter for backwards.
-    edges : list of LatticeEdge
-    """
-
-    cost: float
-    segments: list[str]
-    edges: list[LatticeEdge]
-
-
-class LatticePlanner(PlannerBase):
+class LatticePlanner(LatticePlots, PlannerBase):
     """Cheapest paths of short motions that join cell centres in a few headings.
 
     With the usual four headings a motion is one cell straight ahead or a quarter of a circle to the left or right.
@@ -134,22 +88,21 @@ class LatticePlanner(PlannerBase):
         unknown_is_free: bool = False,
         verbose: bool = False,
     ):
-        vectors = heading_vectors(headings)
-        self._angles = np.arctan2(vectors[:, 1], vectors[:, 0])
+        self._motions = LatticeMotions(headings, radius, costs, reverse_cost, turn_cost)
         super().__init__(occgrid, goal=goal, start=start, inflate=inflate, occupied_from=occupied_from,
                          unknown_is_free=unknown_is_free, verbose=verbose)
-        self._motions = motion_primitives(headings, radius, reverse_cost is not None)
-        self._motion_costs = _costs_of(self._motions, costs, reverse_cost, turn_cost)
         self._root = root
         self._corner_cutting = bool(corner_cutting)
-        self._lattice = None if self._occupied is None else self._made(self._occupied, (0, 0))
+        self._lattice = None
+        if self._occupied is not None:
+            self._lattice = StateLattice(self._occupied, (0, 0), self._motions, self._corner_cutting)
         # The lattice on which the plan was made, with its graph.
         self._planned = None
 
     @property
     def angles(self) -> NDArray[np.float64]:
         """The lattice's headings (n,) [rad], counted from +x to the left."""
-        return self._angles.copy()
+        return self._motions.angles
 
     @property
     def vertices(self) -> NDArray[np.float64]:
@@ -164,10 +117,10 @@ class LatticePlanner(PlannerBase):
 
     def nearest(self, pose: ArrayLike) -> NDArray[np.float64]:
         """Return the configuration (3,) of the lattice that is nearest to a pose (3,): `query` wants such ones."""
-        values = _numbers(pose, 'pose')
+        values = numbers(pose, 'pose')
         if values.shape != (3,):
             raise InvalidInput(f'pose {values.tolist()} is not a configuration (x, y, theta)')
-        return np.append(self._nearest_cell(values[:2], 'pose'), self._angles[self._heading(values, np.inf, 'pose')])
+        return np.append(self._nearest_cell(values[:2], 'pose'), self.angles[self._heading(values, np.inf, 'pose')])
 
     def validate_endpoint(self, p: ArrayLike, dtype: DTypeLike = None, *, name: str = 'start') -> NDArray:
         """Return the configuration, if a robot can be there.
@@ -192,12 +145,12 @@ class LatticePlanner(PlannerBase):
         InvalidInput
             If the heading is not one of the lattice.
         """
-        values = _numbers(p, name)
+        values = numbers(p, name)
         if values.shape != (3,) and (values.shape, name) != ((2,), 'goal'):
             raise InvalidInput(f'{name} {values.tolist()} is not a configuration (x, y, theta)')
         end = super().validate_endpoint(values[:2], float, name=name)
         if len(values) == 3:
-            end = np.append(end, self._angles[self._heading(values, _SAME_HEADING, name)])
+            end = np.append(end, self.angles[self._heading(values, _SAME_HEADING, name)])
         return end.astype(dtype) if dtype is not None else end
 
     def plan(
@@ -262,19 +215,10 @@ class LatticePlanner(PlannerBase):
                [1.71, 0.29, 0.79],
                [2.  , 1.  , 1.57]])
         """
-        path = _numbers(path, 'path')
+        path = numbers(path, 'path')
         if path.ndim != 2 or path.shape[1] != 3:
             raise InvalidInput(f'a path of shape {path.shape} is not one of configurations (N, 3)')
-        known = {(m.heading, *m.end, m.end_heading): m for m in self._motions}
-        headings = np.abs(wrap_angle(path[:, 2, None] - self._angles)).argmin(axis=1)
-        curve, directions = [path[:1]], [np.ones(1)]
-        for begin, end, heading, end_heading in zip(path, path[1:], headings, headings[1:]):
-            offset = np.rint(end[:2] - begin[:2]).astype(int).tolist()
-            motion = known.get((int(heading), *offset, int(end_heading)))
-            pieces = end[None] if motion is None else motion.points()[1:] + (*begin[:2], 0.0)
-            curve.append(pieces)
-            directions.append(np.full(len(pieces), -1.0 if motion is not None and motion.is_reverse else 1.0))
-        return np.concatenate(curve), np.concatenate(directions)
+        return self._motions.curve(path)
 
     def has_plan(self) -> bool:
         """Return True: a graph serves every goal, and a new goal is no reason to grow another."""
@@ -284,10 +228,11 @@ class LatticePlanner(PlannerBase):
         root = self.validate_endpoint(self._root, name='root')
         lattice = self._lattice
         if lattice is None:
-            half = iterations * max(max(abs(x), abs(y)) for x, y in (motion.end for motion in self._motions))
+            half = iterations * max(max(map(abs, motion.end)) for motion in self._motions.primitives)
             if (2 * half + 1) ** 2 > MAX_CELLS:
                 raise LimitExceeded(f'{iterations} iterations could reach more than {MAX_CELLS} cells')
-            lattice = self._made(np.zeros((2 * half + 1, 2 * half + 1), bool), root[:2].astype(int) - half)
+            lattice = StateLattice(np.zeros((2 * half + 1, 2 * half + 1), bool), root[:2].astype(int) - half,
+                                   self._motions, self._corner_cutting)
         heading = self._heading(root, _SAME_HEADING, 'root')
         self._planned = lattice.grown(lattice.state(root[:2].astype(int), heading), iterations, stop, done)
 
@@ -310,41 +255,26 @@ class LatticePlanner(PlannerBase):
         motions, states, cost = lattice.cheapest(*ends, stop)
         if motions is None:
             raise NoPath(f'no path leads from start {_text(start)} to goal {_text(goal)}')
-        names = self._names(lattice, motions, states)
-        edges = [LatticeEdge(*pair, float(self._motion_costs[m]), self._motions[m].code, self._motions[m].length)
-                 for *pair, m in zip(names, names[1:], motions)]
+        names = lattice.names(motions, states)
+        taken, costs = [self._motions.primitives[i] for i in motions], self._motions.costs[motions].tolist()
+        edges = [LatticeEdge(*row, motion.code, motion.length)
+                 for *row, motion in zip(names, names[1:], costs, taken)]
         return self._configurations(lattice, states), LatticeStatus(cost, [edge.move for edge in edges], edges)
-
-    def _names(self, lattice, motions, states):
-        """Return the names of a path's vertices: the motions to it from the root, or from the start if none grew."""
-        named = [motion.name for motion in self._motions]
-        if lattice.graph is None:
-            names = ['0']
-            for motion in motions:
-                names.append(names[-1] + named[motion])
-            return names
-        return ['0' + ''.join(named[motion] for motion in lattice.motions_to(state)) for state in states]
-
-    def _made(self, occupied, corner):
-        return StateLattice(occupied, corner, len(self._angles), self._motions, self._motion_costs,
-                            self._corner_cutting)
 
     def _heading(self, pose, tolerance, name):
         """Return the index of the lattice's heading nearest to a pose's, or raise InvalidInput if it is too far."""
-        theta = np.asarray(pose, float)[2]
-        if not np.isfinite(theta):
+        heading, off = self._motions.nearest_headings(pose[2])
+        if not np.isfinite(off):
             raise InvalidInput(f'{name} {_text(pose)} has a heading that is not finite')
-        off = np.abs(wrap_angle(self._angles - theta))
-        heading = int(off.argmin())
-        if off[heading] > tolerance:
-            raise InvalidInput(f'{name} {_text(pose)} is in none of the {len(off)} headings of the lattice, the '
-                               f'nearest is {self._angles[heading]:.6g} rad')
-        return heading
+        if off > tolerance:
+            raise InvalidInput(f'{name} {_text(pose)} is in none of the {len(self.angles)} headings of the lattice, '
+                               f'the nearest is {self.angles[heading]:.6g} rad')
+        return int(heading)
 
     def _configurations(self, lattice, states):
         """Return the configurations (N, 3) of states."""
         cells, headings = lattice.cells_and_headings(states)
-        return np.column_stack([cells.astype(float), self._angles[headings]])
+        return np.column_stack([cells.astype(float), self.angles[headings]])
 
     def _require_plan(self):
         if self._planned is None:
@@ -352,66 +282,16 @@ class LatticePlanner(PlannerBase):
         return self._planned
 
     def _facts(self):
-        radius = min(motion.radius for motion in self._motions)
+        radius = min(motion.radius for motion in self._motions.primitives)
         graph = 'none' if self._planned is None else '{} vertices and {} edges from root {}'.format(
             len(self._planned.vertices), self._planned.edges, _text(self._root))
-        return [*super()._facts(), f'headings: {len(self._angles)}', f'turning radius: {radius:.4g} cells',
+        return [*super()._facts(), f'headings: {len(self.angles)}', f'turning radius: {radius:.4g} cells',
                 f'graph: {graph}']
-
-    def _drawn_curve(self, path):
-        return self.curve(path) if path.shape[1] == 3 else super()._drawn_curve(path)
-
-    def _plot_background(self, ax: Axes, configspace: bool, options: dict) -> None:
-        """Draw the grid, and the graph unless it is too large."""
-        from mobile_planning.drawing.lattices import draw_graph
-
-        super()._plot_background(ax, configspace, options)
-        if self._planned is not None and self._planned.edges <= _MOST_DRAWN:
-            draw_graph(ax, self.vertices, self._edge_curves(self._planned))
-
-    def _edge_curves(self, lattice):
-        """Return the curve (P, 3) of every edge."""
-        curves = []
-        for motion, begin in lattice.edges_by_motion():
-            curves += list(self._motions[motion].points()[None] + np.insert(begin, 2, 0, axis=1)[:, None])
-        return curves
-
-    def _growth(self, ax):
-        """Draw the grid and return what shows the first share of the vertices."""
-        self.plot_bg(ax=ax)
-        vertices = self.vertices[:, :2]
-        (dots,) = ax.plot(*vertices.T, '.', color='#1f6fd6', markersize=4, zorder=2, linestyle='none')
-        return lambda share: dots.set_data(*vertices[:1 + round(share * (len(vertices) - 1))].T), len(vertices)
-
-
-def _costs_of(motions, costs, reverse_cost, turn_cost):
-    """Return the cost of each motion."""
-    weights = np.ones(3) if costs is None else _numbers(costs, 'costs')
-    if weights.shape != (3,) or not (np.isfinite(weights) & (weights > 0)).all():
-        raise InvalidInput(f'costs {costs!r} are not three finite numbers above 0')
-    if reverse_cost is not None and not 0 < _numbers(reverse_cost, 'reverse_cost') < np.inf:
-        raise InvalidInput(f'reverse_cost {reverse_cost} is not a finite number above 0')
-    if not 0 <= _numbers(turn_cost, 'turn_cost') < np.inf:
-        raise InvalidInput(f'turn_cost {turn_cost} is not a finite number of at least 0')
-    if costs is not None:
-        weights = weights / (1.0, np.pi / 2, np.pi / 2)
-    weight = dict(zip('SLR', weights.tolist()))
-    return np.array([
-        (weight[motion.code.upper()] * motion.length + turn_cost * abs(motion.turn))
-        * (reverse_cost if motion.is_reverse else 1.0) for motion in motions])
-
-
-def _numbers(values, name):
-    """Return what a caller gave as an array of numbers."""
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidInput(f'{name} {values!r} is no number, or has parts that are none') from None
 
 
 def _whole(iterations):
     """Return a number of iterations as an int."""
-    number = _numbers(iterations, 'iterations')
+    number = numbers(iterations, 'iterations')
     if number.ndim or not 0 <= number < np.inf or number % 1:
         raise InvalidInput(f'iterations {iterations!r} is not a whole number of at least 0')
     return int(number)

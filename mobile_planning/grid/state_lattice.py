@@ -3,12 +3,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from copy import copy
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.errors import Cancelled, LimitExceeded
-from mobile_planning.grid.motion_primitives import MotionPrimitive, octile_length
+from mobile_planning.grid.lattice_motions import LatticeMotions
+from mobile_planning.grid.motion_primitives import octile_length
 from mobile_planning.world.cost_to_go import cost_to_go
 
 _FOR_EVER = 1 << 62
@@ -25,15 +27,12 @@ class StateLattice:
     occupied : (h, w) ndarray of bool
     corner : (2,) sequence of int
         Cell (x, y) of ``occupied[0, 0]``.
-    headings : int
-    motions : sequence of MotionPrimitive
-        Sorted by their first heading.
-    costs : (M,) ndarray
-        Of the motions, above 0.
+    motions : LatticeMotions
     corner_cutting : bool
 
     Attributes
     ----------
+    motions : LatticeMotions
     graph : (states,) ndarray of uint16, or None
         How each vertex was found, see `lattice_kernels`.
     vertices : (N,) ndarray of uint32
@@ -45,9 +44,11 @@ class StateLattice:
 
     MAX_STATES = (1 << 32) - 1
 
-    def __init__(self, occupied: NDArray[np.bool_], corner: Sequence[int], headings: int,
-                 motions: Sequence[MotionPrimitive], costs: NDArray[np.float64], corner_cutting: bool):
-        swept = [motion.swept_cells(corner_cutting) for motion in motions]
+    def __init__(self, occupied: NDArray[np.bool_], corner: Sequence[int], motions: LatticeMotions,
+                 corner_cutting: bool):
+        self.motions, primitives, costs = motions, motions.primitives, motions.costs
+        self._headings = headings = len(motions.angles)
+        swept = [motion.swept_cells(corner_cutting) for motion in primitives]
         self._border = border = int(max(np.abs(cells).max() for cells in swept))
         height, width = np.add(occupied.shape, 2 * border).tolist()
         if height * width * headings > self.MAX_STATES:
@@ -55,18 +56,16 @@ class StateLattice:
         self._occupied = np.ones((height, width), np.uint8)
         self._occupied[border:height - border, border:width - border] = occupied
         self._corner = np.subtract(corner, border)
-        self._headings = headings
-        self._first = np.searchsorted([motion.heading for motion in motions], np.arange(headings + 1))
-        shift = np.array([y * width + x for x, y in (motion.end for motion in motions)])
-        turned = [motion.end_heading - motion.heading for motion in motions]
-        self._octets = -(-int(np.diff(self._first).max()) // 8)
+        self._first = np.searchsorted([motion.heading for motion in primitives], np.arange(headings + 1))
+        shift = np.array([y * width + x for x, y in (motion.end for motion in primitives)])
+        turned = [motion.end_heading - motion.heading for motion in primitives]
         self._step = shift * headings + turned
-        self._cost = np.ascontiguousarray(costs, float)
+        self._octets = -(-int(np.diff(self._first).max()) // 8)
         self._bounds = np.cumsum([0, *map(len, swept)])
         self._swept = np.concatenate(swept) @ (1, width)
         # No motion costs less than this for each cell of the crow's flight, and of the octile path over its cells.
-        self._per_cell = float(min(cost / np.hypot(*motion.end) for cost, motion in zip(costs, motions)))
-        lengths = [octile_length(motion, corner_cutting) for motion in motions]
+        self._per_cell = float(min(cost / np.hypot(*motion.end) for cost, motion in zip(costs, primitives)))
+        lengths = [octile_length(motion, corner_cutting) for motion in primitives]
         self._per_step = float(min(costs / lengths)) * (1 - 1e-12)
         self._corner_cutting = corner_cutting
         self._field, self._free = (-1, None), None
@@ -120,11 +119,21 @@ class StateLattice:
             raise Cancelled('the lattice was stopped before it was complete')
         return lattice
 
-    def motions_to(self, state: int) -> NDArray[np.uint16]:
-        """Return the motions by which a vertex of the graph was first reached from the root."""
+    def names(self, motions: Sequence[int], states: Sequence[int]) -> list[str]:
+        """Return the names of a path's vertices: the motions to each from the root, or from the start without a graph.
+
+        Parameters
+        ----------
+        motions, states : sequence of int
+            As `cheapest` returns them.
+        """
         from mobile_planning.grid import lattice_kernels as kernels
 
-        return kernels.motions_from_root(self.graph, state, self._step)
+        named = [motion.name for motion in self.motions.primitives]
+        if self.graph is None:
+            return list(accumulate([named[motion] for motion in motions], initial='0'))
+        return ['0' + ''.join(named[motion] for motion in kernels.motions_from_root(self.graph, state, self._step))
+                for state in states]
 
     def edges_by_motion(self) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Yield each motion with the cells (N, 2) from which it belongs to the graph."""
@@ -166,7 +175,7 @@ class StateLattice:
         begin = self.state(*start)
         state, cost, _ = kernels.search(
             costs, came, graph, free, field, self._occupied.shape[1], begin, goal_cell, goal[1], self._headings,
-            self._octets, self._per_step, self._per_cell, self._first, self._step, self._cost, stop)
+            self._octets, self._per_step, self._per_cell, self._first, self._step, self.motions.costs, stop)
         if state == -2:
             raise Cancelled('the search of the lattice was stopped before it found a path')
         if state < 0:
