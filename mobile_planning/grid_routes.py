@@ -55,10 +55,13 @@ class Rules:
     ----------
     corner_cutting : bool
     turning_radius : float [cells]
+    reverse_cost : float, optional
+        How many times its length a way costs the lattice backwards; None: forwards only.
     """
 
     corner_cutting: bool
     turning_radius: float
+    reverse_cost: float | None = None
 
 
 class Plan(ABC):
@@ -186,7 +189,7 @@ class LatticePlan(Plan):
         """Search from the lattice's heading nearest to the start's to the one nearest to the goal's."""
         planner, _ = self._kept(terrain, lambda: LatticePlanner(
             occgrid=terrain.occupied, headings=_HEADINGS, radius=self._rules.turning_radius,
-            corner_cutting=self._rules.corner_cutting, turn_cost=_TURN_COST))
+            corner_cutting=self._rules.corner_cutting, reverse_cost=self._rules.reverse_cost, turn_cost=_TURN_COST))
         ends = [planner.nearest(end) for end in (start, goal)]
         path, status = planner.query(*ends, stop=stop)
         facts = {'segments': str(len(status.segments)), 'headings': str(_HEADINGS)}

@@ -39,6 +39,9 @@ class PathServer:
         Whether unknown cells may be entered.
     turning_radius : float [m]
         Least radius of the lattice's curves.
+    reverse_cost : float, optional
+        The lattice may drive backwards, for so many times the length; None: forwards only. The heading of each pose
+        is the robot's own.
 
     Attributes
     ----------
@@ -49,7 +52,7 @@ class PathServer:
     InvalidPlanner
         If there is no planner of that id.
     InvalidInput
-        If a radius is negative or not finite, or the turning radius 0.
+        If a number is negative or not finite, or the turning radius or the reverse cost 0.
 
     Examples
     --------
@@ -73,6 +76,7 @@ class PathServer:
         corner_cutting: bool = False,
         unknown_is_free: bool = False,
         turning_radius: float = 0.5,
+        reverse_cost: float | None = None,
     ):
         _check_planner(default_planner)
         self.default_planner = default_planner
@@ -82,6 +86,9 @@ class PathServer:
         self._turning_radius = _number(turning_radius, 'turning radius', 'm')
         if self._turning_radius == 0:
             raise InvalidInput('turning radius 0 m is not above 0')
+        if reverse_cost is not None and not 0 < reverse_cost < np.inf:
+            raise InvalidInput(f'reverse cost {reverse_cost} is not a finite number above 0')
+        self._reverse_cost = reverse_cost
         self._site = None
         # What was updated since the map came: cost by cell.
         self._told = {}
@@ -123,7 +130,7 @@ class PathServer:
             self._told = {}
             same = None if self._site is None else self._site.terrain.replaced(terrain)
             if same is None:
-                rules = Rules(self._corner_cutting, self._turning_radius / grid.resolution)
+                rules = Rules(self._corner_cutting, self._turning_radius / grid.resolution, self._reverse_cost)
                 self._site = _Site(terrain, KeptPlans(rules))
             else:
                 self._site = self._site._replace(terrain=same)

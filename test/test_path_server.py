@@ -164,6 +164,9 @@ def test_the_servers_own_options_are_checked():
         PathServer(inflation_radius=np.nan)
     with pytest.raises(errors.InvalidInput, match='not above 0'):
         PathServer(turning_radius=0.0)
+    for reverse_cost in (0.0, -1.0, np.inf, np.nan):
+        with pytest.raises(errors.InvalidInput, match='reverse cost'):
+            PathServer(reverse_cost=reverse_cost)
     assert PathServer().planners == PLANNERS
 
 
@@ -519,6 +522,20 @@ def test_the_lattice_heeds_headings_and_its_curves_turn_no_tighter_than_the_radi
     assert (turns <= lengths[1:-1] / 0.6 * 1.01 + 1e-9).all()
     heading = np.exp(1j * middle[:-1, 2]) * np.exp(0.5j * np.angle(np.exp(1j * np.diff(middle[:, 2]))))
     np.testing.assert_allclose(steps[1:-1] @ (1, 1j) / lengths[1:-1], heading, atol=5e-3)
+
+
+def test_the_lattice_backs_out_of_a_dead_end_only_where_it_may_drive_backwards():
+    data = np.full((40, 60), 100, np.int8)
+    data[18:21] = 0  # too narrow to turn in
+    ends = (4.0, 1.95, 0.0), (1.0, 1.95, 0.0)
+    forwards, both = (PathServer(turning_radius=0.5, reverse_cost=cost) for cost in (None, 2.0))
+    for server in (forwards, both):
+        server.set_map(OccupancyGrid(data, 0.1))
+    with pytest.raises(errors.NoPath):
+        forwards.plan_path('lattice', *ends)
+    path = both.plan_path('lattice', *ends)
+    assert (np.diff(path.poses[:, 0]) < 0).all() and (path.poses[:, 2] == 0).all()
+    assert path.cost == pytest.approx(3.0)
 
 
 def test_the_lattice_goes_between_its_headings_in_one_bend_instead_of_a_zigzag():

@@ -20,6 +20,8 @@ class GridPlannerOptions:
     corner_cutting: bool = option(False, 'whether a diagonal step may pass between or beside occupied cells')
     unknown_is_free: bool = option(False, 'whether unknown cells may be entered')
     turning_radius: float = option(0.5, "least radius of the lattice's curves [m]", low=0.001, high=100.0)
+    reverse_cost: float = option(0.0, 'times its length that a way costs the lattice backwards, 0: forwards only',
+                                 low=0.0, high=1000.0)
     default_planner: str = option('distance_transform', 'planner of a request that names none')
     default_deadline: float = option(5.0, 'time for a request that gives none [s]', low=1e-3, high=3600.0)
 
@@ -36,4 +38,4 @@ class GridPlannerOptions:
         """Return a path server with these options, without a map."""
         return PathServer(self.default_planner, inflation_radius=self.inflation_radius,
                           corner_cutting=self.corner_cutting, unknown_is_free=self.unknown_is_free,
-                          turning_radius=self.turning_radius)
+                          turning_radius=self.turning_radius, reverse_cost=self.reverse_cost or None)
