@@ -7,7 +7,8 @@ at least. The repair ends as soon as no waiting cell can concern the robot. It d
 - The heuristic is smaller than the octile distance by one part in a million. A path's cells thus have strictly growing
   keys: one number orders the heap, ties included, and rounding never decides whether a cell must be looked at.
 - ``g`` and ``rhs`` count as equal within rounding: the first field may come from a kernel that adds in another order.
-- An entry whose cell has another key by now stays in the heap and is found out when it is popped.
+- An entry whose cell has another key by now stays in the heap and is found out when it is popped. A waiting cell thus
+  needs a new entry only if its key sinks.
 - A cell that was blocked loses its value at once: no path leads through it any more.
 
 All arrays are flat and have a border of blocked cells around the grid, so that no neighbour has to be tested for
@@ -51,14 +52,18 @@ def edge(costs, cell, move, steps, corner_cutting):
     return 0.5 * SQRT2 * both
 
 
-@njit(f8(COSTS, f8[::1], u8, u8[::1], b1), nogil=True, cache=True)
-def best_of_neighbours(costs, g, cell, steps, corner_cutting):
-    """Return the least edge cost plus neighbour's value of a cell."""
+@njit(f8(COSTS, f8[::1], u8, u8[::1], b1, f8), nogil=True, cache=True)
+def best_of_neighbours(costs, g, cell, steps, corner_cutting, enough):
+    """Return the least edge cost plus neighbour's value of a cell, or the first that is at most ``enough``."""
     best = np.inf
     if costs[cell] == np.inf:
         return best
     for move in range(np.uint64(8)):
-        best = min(best, edge(costs, cell, move, steps, corner_cutting) + g[cell + steps[move]])
+        value = g[cell + steps[move]]
+        if value < best:
+            best = min(best, value + edge(costs, cell, move, steps, corner_cutting))
+            if best <= enough:
+                break
     return best
 
 
@@ -176,7 +181,7 @@ def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
 
 @njit(types.Tuple(QUEUE)(f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8[::1], i8, i8, i8, f8, f8, b1),
       nogil=True, cache=True)
-def enqueue_changes(keys, cells, count, g, rhs, costs, changed, width, goal, start, least, offset, corner_cutting):
+def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, start, least, offset, corner_cutting):
     """Bring ``rhs`` up to date around the changed cells, queue the cells that need repair, and return the queue.
 
     Every edge that a cell takes part in, also at a corner that it blocks, ends in its 3 x 3 neighbourhood.
@@ -197,7 +202,7 @@ def enqueue_changes(keys, cells, count, g, rhs, costs, changed, width, goal, sta
     keys, cells = with_room(keys, cells, count, size)
     for i in range(size):
         cell = np.uint64(concerned[i])
-        rhs[cell] = best_of_neighbours(costs, g, cell, steps, corner_cutting)
+        rhs[cell] = best_of_neighbours(costs, g, cell, steps, corner_cutting, 0.0)
         if differ(g[cell], rhs[cell]):
             key = min(g[cell], rhs[cell]) + least_cost(cell, start, width, least) + offset
             count = push(keys, cells, count, key, cell)
@@ -224,11 +229,10 @@ def order_anew(keys, cells, count, g, rhs, width, start, least):
 
 
 @njit(types.Tuple((*QUEUE, i8, i8))(
-    f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8, i8, i8, f8, f8, b1, i8, u1[::1]), nogil=True, cache=True)
-def repair(keys, cells, count, g, rhs, costs, width, goal, start, least, offset, corner_cutting, cap, stop):
+    f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8, i8, f8, f8, b1, i8, u1[::1]), nogil=True, cache=True)
+def repair(keys, cells, count, g, rhs, costs, width, start, least, offset, corner_cutting, cap, stop):
     """Repair the field until it is right on every best path from ``start``; return queue, outcome and expansions."""
-    steps, goal_cell = steps_of(width), np.uint64(goal)
-    expansions = 0
+    steps, expansions = steps_of(width), 0
     while count > 0 and keys[0] <= (offset + rhs[start]) * (1.0 + 10.0 * ROUNDING):
         if expansions >= cap:
             return keys, cells, count, CAPPED, expansions
@@ -249,20 +253,27 @@ def repair(keys, cells, count, g, rhs, costs, width, goal, start, least, offset,
         keys, cells = with_room(keys, cells, count, 9)
         lower = old > rhs[cell]
         g[cell] = rhs[cell] if lower else np.inf
+        through = min(old, rhs[cell])
         for move in range(np.uint64(8)):
             neighbour = cell + steps[move]
-            cost = edge(costs, cell, move, steps, corner_cutting)
+            before = rhs[neighbour]
+            # Spares most neighbours the rest: no way to them leads through this cell. The goal is never concerned.
+            if through > before:
+                continue
+            value = through + edge(costs, cell, move, steps, corner_cutting)
             if lower:
-                if not cost + g[cell] < rhs[neighbour]:
+                if not value < before:
                     continue
-                rhs[neighbour] = cost + g[cell]
+                rhs[neighbour] = value
             else:
                 # Only what may have stood on this cell's old value loses it.
-                if cost == np.inf or neighbour == goal_cell or cost + old > rhs[neighbour] * (1.0 + ROUNDING):
+                if value == np.inf or value > before * (1.0 + ROUNDING):
                     continue
-                rhs[neighbour] = best_of_neighbours(costs, g, neighbour, steps, corner_cutting)
-            if differ(g[neighbour], rhs[neighbour]):
-                key = min(g[neighbour], rhs[neighbour]) + least_cost(neighbour, start, width, least) + offset
+                rhs[neighbour] = best_of_neighbours(costs, g, neighbour, steps, corner_cutting, before)
+            value = min(g[neighbour], rhs[neighbour])
+            is_waiting = differ(g[neighbour], before) and value >= min(g[neighbour], before)
+            if differ(g[neighbour], rhs[neighbour]) and not is_waiting:
+                key = value + least_cost(neighbour, start, width, least) + offset
                 count = push(keys, cells, count, key, neighbour)
         if not lower and rhs[cell] < np.inf:
             key = rhs[cell] + least_cost(cell, start, width, least) + offset

@@ -178,12 +178,12 @@ class RepairableField:
             self._queue = (*self._queue[:2], count)
             self._queue_limit = max(_QUEUE_SIZE, 2 * count)
             self._keyed_least, self._offset = self._least, 0.0
-        place = (self._width, self._goal, start, self._least, self._offset, self._corner_cutting)
+        place = (self._width, start, self._least, self._offset, self._corner_cutting)
         # Taking in a changed cell lasts about as long as expanding one.
         cap = self._most_expansions() - sum(map(len, self._changed))
         if self._changed:
             changed = self._changed[0] if len(self._changed) == 1 else np.concatenate(self._changed)
-            self._queue = kernels.enqueue_changes(*self._queue, *fields, self._costs, changed, *place)
+            self._queue = kernels.enqueue_changes(*self._queue, *fields, self._costs, changed, self._goal, *place)
             self._changed = []
         stop = np.zeros(1, np.uint8) if stop is None else stop
         *queue, outcome, expansions = kernels.repair(
