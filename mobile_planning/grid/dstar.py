@@ -220,14 +220,12 @@ class DstarPlanner(PlannerBase):
         begin = self._take_ends(start, None, movie)
         self._require_plan()
         before = self.nexpand
-        path, replanned = self._best_path(self._field.index(*begin.tolist()), stop)
-        if sensor is None:
-            cost = self._field.cost_of(path)
-        else:
+        path, cost, replanned = self._best_path(begin, stop)
+        if sensor is not None:
             path, cost, replanned = self._walk(path, sensor, stop, replanned)
-        cells, status = self._field.cells(path), _DstarStatus(np.float64(cost), self.nexpand - before, replanned)
-        self._show_path(cells, status, verbose, animate, movie)
-        return cells, status
+        status = _DstarStatus(np.float64(cost), self.nexpand - before, replanned)
+        self._show_path(path, status, verbose, animate, movie)
+        return path, status
 
     def next(self, position: ArrayLike) -> NDArray[np.int64] | None:
         """Return the cell after ``position`` on the way to the goal.
@@ -247,9 +245,11 @@ class DstarPlanner(PlannerBase):
             As `query` does.
         """
         self._require_plan()
-        start = self._field.index(*self.validate_endpoint(position).tolist())
-        path, _ = self._best_path(start, None, most_steps=1)
-        return self._field.cells(path)[1] if len(path) > 1 else None
+        cell = self.validate_endpoint(position)
+        start, _ = self._settle(cell, None)
+        if np.array_equal(cell, self.goal):
+            return None
+        return np.array(self._field.cell(self._field.next_cell(start)))
 
     def _require_plan(self):
         if not self.has_plan():
@@ -261,25 +261,29 @@ class DstarPlanner(PlannerBase):
         while i < len(ahead) - 1:
             if stop is not None and stop[0]:
                 raise Cancelled('the robot was stopped on its way')
-            if self._apply(sensor(self._field.cell(ahead[i])), 'sensor'):
-                ahead, anew = self._best_path(ahead[i], stop)
+            if self._apply(sensor(tuple(ahead[i].tolist())), 'sensor'):
+                ahead, _, anew = self._best_path(ahead[i], stop)
                 replanned, i = replanned or anew, 0
-            cost += self._field.cost_of(ahead[i:i + 2])
+            cost += self._field.step_cost(*[self._field.index(*cell) for cell in ahead[i:i + 2].tolist()])
             i += 1
             walked.append(ahead[i])
         return np.array(walked), cost, replanned
 
-    def _best_path(self, start, stop, most_steps=None):
-        """Return the best path from a cell at the costs that hold now, and whether that took a full plan."""
-        goal = self._field.index(*self.goal.tolist())
+    def _best_path(self, begin, stop):
+        """Return the best path from a cell at the costs that hold now, its cost and whether that took a full plan."""
+        start, replanned = self._settle(begin, stop)
+        return *self._field.path(start, stop), replanned
+
+    def _settle(self, begin, stop):
+        """Make the field right for a cell; return the cell's index and whether that took a full plan."""
+        start, goal = (self._field.index(*cell.tolist()) for cell in (begin, self.goal))
         for index, name, error in ((start, 'start', StartOccupied), (goal, 'goal', GoalOccupied)):
             if self._field.is_blocked(index):
                 raise error('{} ({}, {}) is occupied'.format(name, *self._field.cell(index)))
-        path, replanned = self._field.path(start, stop, most_steps)
-        if len(path) == 0:
-            raise NoPath('no path leads from start ({}, {}) to goal ({}, {})'.format(
-                *self._field.cell(start), *self.goal))
-        return path, replanned
+        replanned = self._field.settle(start, stop)
+        if not self._field.is_reached(start):
+            raise NoPath('no path leads from start ({}, {}) to goal ({}, {})'.format(*begin, *self.goal))
+        return start, replanned
 
     def _apply(self, cells, source):
         """Set the costs of cells; return whether one became another."""

@@ -29,7 +29,6 @@ SETTLED, CAPPED, STOPPED = 0, 1, 2
 
 QUEUE = (f8[::1], u4[::1], i8)
 COSTS = types.Array(f8, 1, 'C', readonly=True)
-PATH = types.Array(i8, 1, 'C', readonly=True)
 ROWS = types.Array(f8, 2, 'C', readonly=True)
 
 
@@ -179,16 +178,17 @@ def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
     return True
 
 
-@njit(types.Tuple(QUEUE)(f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8[::1], i8, i8, i8, f8, f8, b1),
+@njit(types.Tuple((*QUEUE, f8))(f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8[::1], i8, i8, i8, f8, f8, b1),
       nogil=True, cache=True)
 def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, start, least, offset, corner_cutting):
-    """Bring ``rhs`` up to date around the changed cells, queue the cells that need repair, and return the queue.
+    """Bring ``rhs`` up to date around the changed cells and queue the cells that need repair.
 
-    Every edge that a cell takes part in, also at a corner that it blocks, ends in its 3 x 3 neighbourhood.
+    Every edge that a cell takes part in, also at a corner that it blocks, ends in its 3 x 3 neighbourhood. Returns the
+    queue and the least value of a cell there.
     """
     steps, goal_cell = steps_of(width), np.uint64(goal)
     concerned = np.empty(9 * changed.size, np.uint32)
-    size = 0
+    size, lowest = 0, np.inf
     for i in range(changed.size):
         for move in range(9):
             cell = np.uint64(changed[i]) + (steps[move] if move < 8 else np.uint64(0))
@@ -197,6 +197,7 @@ def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, sta
                 concerned[size] = cell
                 size += 1
                 rhs[cell] = np.nan
+                lowest = min(lowest, g[cell])
         if costs[changed[i]] == np.inf and changed[i] != goal:
             g[changed[i]] = np.inf
     keys, cells = with_room(keys, cells, count, size)
@@ -206,7 +207,7 @@ def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, sta
         if differ(g[cell], rhs[cell]):
             key = min(g[cell], rhs[cell]) + least_cost(cell, start, width, least) + offset
             count = push(keys, cells, count, key, cell)
-    return keys, cells, count
+    return keys, cells, count, lowest
 
 
 @njit(i8(f8[::1], u4[::1], i8, f8[::1], f8[::1], i8, i8, f8), nogil=True, cache=True)
@@ -228,16 +229,20 @@ def order_anew(keys, cells, count, g, rhs, width, start, least):
     return kept
 
 
-@njit(types.Tuple((*QUEUE, i8, i8))(
+@njit(types.Tuple((*QUEUE, f8, i8, i8))(
     f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8, i8, f8, f8, b1, i8, u1[::1]), nogil=True, cache=True)
 def repair(keys, cells, count, g, rhs, costs, width, start, least, offset, corner_cutting, cap, stop):
-    """Repair the field until it is right on every best path from ``start``; return queue, outcome and expansions."""
-    steps, expansions = steps_of(width), 0
+    """Repair the field until it is right on every best path from ``start``.
+
+    Returns the queue, the least value that a cell had before or after it was changed, the outcome and the number of
+    expansions.
+    """
+    steps, expansions, lowest = steps_of(width), 0, np.inf
     while count > 0 and keys[0] <= (offset + rhs[start]) * (1.0 + 10.0 * ROUNDING):
         if expansions >= cap:
-            return keys, cells, count, CAPPED, expansions
+            return keys, cells, count, lowest, CAPPED, expansions
         if stop[0]:
-            return keys, cells, count, STOPPED, expansions
+            return keys, cells, count, lowest, STOPPED, expansions
         cell = np.uint64(cells[0])
         old = g[cell]
         if not differ(old, rhs[cell]):
@@ -254,6 +259,7 @@ def repair(keys, cells, count, g, rhs, costs, width, start, least, offset, corne
         lower = old > rhs[cell]
         g[cell] = rhs[cell] if lower else np.inf
         through = min(old, rhs[cell])
+        lowest = min(lowest, through)
         for move in range(np.uint64(8)):
             neighbour = cell + steps[move]
             before = rhs[neighbour]
@@ -278,58 +284,86 @@ def repair(keys, cells, count, g, rhs, costs, width, start, least, offset, corne
         if not lower and rhs[cell] < np.inf:
             key = rhs[cell] + least_cost(cell, start, width, least) + offset
             count = push(keys, cells, count, key, cell)
-    return keys, cells, count, SETTLED, expansions
+    return keys, cells, count, lowest, SETTLED, expansions
 
 
-@njit(i8[::1](COSTS, f8[::1], i8, i8, i8, f8, b1, i8), nogil=True, cache=True)
-def descend_weighted(costs, g, width, start, goal, least, corner_cutting, most_steps):
-    """Return the cells of a best path from ``start``, at most so many steps of it; none if it gets stuck.
+@njit(u8(COSTS, f8[::1], u8, u8[::1], f8, b1), nogil=True, cache=True)
+def next_cell(costs, g, cell, steps, least, corner_cutting):
+    """Return the next cell of a best path, or the cell itself where no neighbour's value is lower.
 
     Of ways that are equal but for rounding the first in the list of moves is taken.
     """
-    steps, tie = steps_of(width), 1e-7 * least
-    path = np.empty(1024, np.int64)
-    count, cell = 0, np.uint64(start)
+    best, lowest = cell, np.inf
+    for move in range(np.uint64(8)):
+        neighbour = cell + steps[move]
+        if not g[neighbour] < g[cell]:
+            continue
+        value = g[neighbour] + edge(costs, cell, move, steps, corner_cutting)
+        if value <= g[cell] + 1e-7 * least:
+            return neighbour
+        if value < lowest:
+            best, lowest = neighbour, value
+    return best
+
+
+@njit(f8(COSTS, u8, u8, i8), nogil=True, cache=True)
+def step_cost(costs, cell, other, width):
+    """Return the cost of the step between two neighbouring cells."""
+    apart = abs(np.int64(cell) - np.int64(other))
+    length = 1.0 if apart == 1 or apart == width else SQRT2
+    return 0.5 * length * (costs[cell] + costs[other])
+
+
+@njit(u8(i8[:, ::1], i8, i8), nogil=True, cache=True)
+def index_at(path, i, width):
+    """Return the index of the cell (x, y) in a row of a path."""
+    return np.uint64((path[i, 1] + 1) * width + path[i, 0] + 1)
+
+
+@njit(types.Tuple((i8[:, ::1], f8[::1], i8))(
+    i8[:, ::1], f8[::1], i8, f8, COSTS, f8[::1], i8, i8, f8, b1, u1[::1]), nogil=True, cache=True)
+def descend(path, sums, first, changed_from, costs, g, width, start, least, corner_cutting, stop):
+    """Make the last best path one from another start and at other values, and return it; no cell of it if stopped.
+
+    A path lies at the end of its array, from row ``first`` to the goal in the last row, and ``sums`` has the cost from
+    each of its cells. Values that changed since it was made were and are at least ``changed_from``, and so were those
+    of cells beside a changed cost. A cell with a lower value goes on as before, because only a neighbour with a still
+    lower one can be next: once the new path meets such a cell of the old one, the rest is the same.
+    """
+    steps, last = steps_of(width), len(path) - 1
+    # Values sink along a path: search for the first one that is low enough.
+    kept, high = first, last
+    while kept < high:
+        middle = (kept + high) // 2
+        if g[index_at(path, middle, width)] < changed_from:
+            high = middle
+        else:
+            kept = middle + 1
+    ahead, count, cell = np.empty(1024, np.uint64), 0, np.uint64(start)
     while True:
-        if count == path.size:
-            grown = np.empty(2 * count, np.int64)
-            grown[:count] = path
-            path = grown
-        path[count] = cell
+        while g[index_at(path, kept, width)] > g[cell]:
+            kept += 1
+        if index_at(path, kept, width) == cell:
+            break
+        if count == ahead.size:
+            ahead = np.concatenate((ahead, np.empty_like(ahead)))
+        ahead[count] = cell
         count += 1
-        if cell == np.uint64(goal) or count > most_steps:
-            return path[:count].copy()
-        best, value = cell, g[cell]
-        for move in range(np.uint64(8)):
-            neighbour = cell + steps[move]
-            # The first test spares most neighbours the second one.
-            if g[neighbour] + least <= value + tie and (
-                    g[neighbour] + edge(costs, cell, move, steps, corner_cutting) <= value + tie):
-                best = neighbour
-                break
-        if best == cell:
-            return path[:0].copy()
-        cell = best
-
-
-@njit(f8(COSTS, PATH, i8), nogil=True, cache=True)
-def path_cost(costs, path, width):
-    """Return the cost of a path of neighbouring cells, added up from its end."""
-    cost = 0.0
-    for i in range(path.size - 1, 0, -1):
-        step = abs(path[i] - path[i - 1])
-        length = 1.0 if step == 1 or step == width else SQRT2
-        cost += 0.5 * length * (costs[path[i]] + costs[path[i - 1]])
-    return cost
-
-
-@njit(i8[:, ::1](PATH, i8), nogil=True, cache=True)
-def cells_of(path, width):
-    """Return the cells (N, 2) that indices of the bordered grid stand for."""
-    cells = np.empty((path.size, 2), np.int64)
-    for i in range(path.size):
-        cells[i, 0], cells[i, 1] = path[i] % width - 1, path[i] // width - 1
-    return cells
+        following = next_cell(costs, g, cell, steps, least, corner_cutting)
+        if following == cell or (count & 1023 == 0 and stop[0]):
+            return path, sums, last + 1
+        cell = following
+    if count > kept:
+        room = count + len(path)
+        path = np.concatenate((np.empty((room, 2), np.int64), path))
+        sums = np.concatenate((np.empty(room), sums))
+        kept += room
+    for i in range(count - 1, -1, -1):
+        kept -= 1
+        sums[kept] = sums[kept + 1] + step_cost(costs, ahead[i], cell, width)
+        cell = ahead[i]
+        path[kept, 0], path[kept, 1] = np.int64(cell) % width - 1, np.int64(cell) // width - 1
+    return path, sums, kept
 
 
 @njit(types.Tuple((i8, b1, i8[::1]))(ROWS, f8[::1], b1[:, ::1]), nogil=True, cache=True)

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_planning.errors import Cancelled
+from mobile_planning.errors import Cancelled, LimitExceeded
 
 # A repair gives up after this part of the cells that a full plan settles. Expanding a cell in a repair takes 30 to 100
 # times longer than settling it in a full plan of equal costs, 4 to 6 times with other costs: when it gives up it has
@@ -49,7 +49,9 @@ class RepairableField:
         self._max_expansions = max_expansions
         self.blocked = np.isinf(costs)
         self.expanded = self.reached = 0
-        self._goal = self._g = self._rhs = None
+        self._goal = self._g = self._rhs = self._path = None
+        # The least value that changed since that path was made.
+        self._changed_from = np.inf
         # Whether only a full plan can make the field right.
         self._is_stale = True
         self._empty_queue()
@@ -76,17 +78,11 @@ class RepairableField:
         y, x = divmod(int(index), self._width)
         return x - 1, y - 1
 
-    def cells(self, path: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the cells (N, 2) of a path of indices."""
+    def step_cost(self, cell: int, other: int) -> float:
+        """Return the cost of the step between two neighbouring cells at the costs that hold now."""
         from mobile_planning.grid import dstar_kernels as kernels
 
-        return kernels.cells_of(path, self._width)
-
-    def cost_of(self, path: NDArray[np.int64]) -> float:
-        """Return the cost of a path of indices at the costs that hold now."""
-        from mobile_planning.grid import dstar_kernels as kernels
-
-        return kernels.path_cost(self._costs, path, self._width)
+        return kernels.step_cost(self._costs, cell, other, self._width)
 
     def is_blocked(self, index: int) -> bool:
         """Return whether a cell is blocked now."""
@@ -141,26 +137,44 @@ class RepairableField:
         if not is_filled:
             raise Cancelled('the plan to goal ({}, {}) was stopped before it was complete'.format(*self.cell(goal)))
         self._is_stale = False
+        # Of the last path the goal remains.
+        self._path, self._changed_from = (np.array([self.cell(goal)]), np.zeros(1), 0), np.inf
         self._keyed_for, self._keyed_least, self._offset = goal, self._least, 0.0
         self.reached = int(np.count_nonzero(self._g < np.inf))
         self.expanded += self.reached
 
-    def path(self, start: int, stop: NDArray[np.uint8] | None, most_steps: int | None = None):
-        """Return the best path from a cell at the costs that hold now, and whether that took a full plan.
+    def settle(self, start: int, stop: NDArray[np.uint8] | None) -> bool:
+        """Make the field right on every best path from a cell, and return whether that took a full plan.
 
-        The path is an array of indices, empty if there is none; Cancelled is raised if stopped, and the next call goes
-        on from there.
+        Cancelled is raised if stopped, and the next call goes on from there.
         """
+        is_anew = self._is_stale or not self._repair(start, stop)
+        if is_anew:
+            self.plan(self._goal, stop)
+        return is_anew
+
+    def is_reached(self, start: int) -> bool:
+        """Return whether the goal can be reached from a cell for which the field was settled."""
+        return self._rhs[start] < np.inf
+
+    def next_cell(self, start: int) -> int:
+        """Return the next cell of the best path from a cell for which the field was settled; it reaches the goal."""
         from mobile_planning.grid import dstar_kernels as kernels
 
-        replanned = self._is_stale or not self._repair(start, stop)
-        if replanned:
-            self.plan(self._goal, stop)
-        if self._rhs[start] == np.inf:
-            return np.empty(0, np.int64), replanned
-        most_steps = self._costs.size if most_steps is None else most_steps
-        return kernels.descend_weighted(self._costs, self._g, self._width, start, self._goal, self._least,
-                                        self._corner_cutting, most_steps), replanned
+        return kernels.next_cell(self._costs, self._g, start, kernels.steps_of(self._width), self._least,
+                                 self._corner_cutting)
+
+    def path(self, start: int, stop: NDArray[np.uint8] | None) -> tuple[NDArray[np.int64], float]:
+        """Return the best path from a cell for which the field was settled, and its cost; it reaches the goal.
+
+        What still stands of the last path is taken from there. The path is an array of cells (N, 2); Cancelled is
+        raised if stopped.
+        """
+        self._path = way_down(self._path, self._changed_from, self._costs, self._g, self._width, start, self._least,
+                              self._corner_cutting, np.zeros(1, np.uint8) if stop is None else stop)
+        self._changed_from = np.inf
+        cells, costs, first = self._path
+        return cells[first:].copy(), costs[first]
 
     def _repair(self, start, stop):
         """Make the field right for a start; return False if it must be planned anew."""
@@ -178,17 +192,20 @@ class RepairableField:
             self._queue = (*self._queue[:2], count)
             self._queue_limit = max(_QUEUE_SIZE, 2 * count)
             self._keyed_least, self._offset = self._least, 0.0
+            # It also decides which ways count as equal.
+            self._changed_from = 0.0
         place = (self._width, start, self._least, self._offset, self._corner_cutting)
         # Taking in a changed cell lasts about as long as expanding one.
         cap = self._most_expansions() - sum(map(len, self._changed))
         if self._changed:
             changed = self._changed[0] if len(self._changed) == 1 else np.concatenate(self._changed)
-            self._queue = kernels.enqueue_changes(*self._queue, *fields, self._costs, changed, self._goal, *place)
-            self._changed = []
+            *self._queue, lowest = kernels.enqueue_changes(
+                *self._queue, *fields, self._costs, changed, self._goal, *place)
+            self._changed, self._changed_from = [], min(self._changed_from, lowest)
         stop = np.zeros(1, np.uint8) if stop is None else stop
-        *queue, outcome, expansions = kernels.repair(
+        *self._queue, lowest, outcome, expansions = kernels.repair(
             *self._queue, *fields, self._costs, *place, cap, stop)
-        self._queue = tuple(queue)
+        self._changed_from = min(self._changed_from, lowest)
         self.expanded += expansions
         if outcome == kernels.STOPPED:
             raise Cancelled('the repair of a plan was stopped before it was complete')
@@ -219,6 +236,18 @@ def bordered(cells: NDArray, value: float) -> NDArray:
     result = np.full((height + 2, width + 2), value, cells.dtype)
     result[1:-1, 1:-1] = cells
     return result
+
+
+def way_down(path, changed_from, costs, g, width, start, least, corner_cutting, stop):
+    """Return the path of `dstar_kernels.descend`, of the same arguments; raise Cancelled if it was stopped."""
+    from mobile_planning.grid import dstar_kernels as kernels
+
+    found = kernels.descend(*path, changed_from, costs, g, width, start, least, corner_cutting, stop)
+    if found[2] < len(found[0]):
+        return found
+    if stop[0]:
+        raise Cancelled('the way down to the goal was stopped before it was complete')
+    raise LimitExceeded('the way down to the goal is lost in rounding: costs differ by a factor of more than 1e15')
 
 
 @lru_cache(maxsize=None)
