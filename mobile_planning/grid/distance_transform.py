@@ -76,7 +76,7 @@ class DistanceTransformPlanner(PlannerBase):
             raise InvalidInput(f'connectivity {connectivity!r} is not 4 or 8')
         self._corner_cutting = bool(corner_cutting)
         self._connectivity = connectivity
-        self._field = self._planned_goal = None
+        self._field = None
 
     @property
     def metric(self) -> str:
@@ -90,51 +90,19 @@ class DistanceTransformPlanner(PlannerBase):
 
     def _plan(self, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> None:
         """Compute the distance of every cell from the goal."""
-        occupied = self._require_grid()
-        if self.goal is None:
-            raise InvalidInput('no goal was given')
+        occupied, goal = self._require_grid(), self._require_goal()
         metric = 'manhattan' if self._connectivity == 4 else self._metric
-        goal = self.goal
         field = cost_to_go(
             occupied, goal, metric=metric, corner_cutting=self._corner_cutting, stop=stop, done=done)
         field.flags.writeable = False
         self._field, self._planned_goal = field, goal
 
-    def has_plan(self) -> bool:
-        """Return whether there is a plan for the present goal."""
-        return self._planned_goal is not None and np.array_equal(self._planned_goal, self.goal)
-
-    def next(self, position: ArrayLike) -> NDArray[np.int64] | None:
-        """Return the cell after ``position`` on the way to the goal.
-
-        Parameters
-        ----------
-        position : (2,) array_like
-            Cell (x, y).
-
-        Returns
-        -------
-        (2,) ndarray of int64, or None at the goal
-
-        Raises
-        ------
-        StartOutside, StartOccupied
-            If the position is no free cell.
-        NoPath
-            If the goal cannot be reached from there.
-        RuntimeError
-            If nothing was planned for the present goal.
-        """
-        path = self._descend(self.validate_endpoint(position), steps=1)
+    def _next(self, cell: NDArray[np.int64]) -> NDArray[np.int64] | None:
+        path = self._path(cell, steps=1)
         return path[1] if len(path) > 1 else None
 
-    def _path(self, start: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the path (N, 2) from a free cell."""
-        return self._descend(start)
-
-    def _descend(self, start, steps=None):
-        if not self.has_plan():
-            raise RuntimeError(f'no plan for goal {self.goal}: call plan() first')
+    def _path(self, start: NDArray[np.int64], steps: int | None = None) -> NDArray[np.int64]:
+        """Return the path (N, 2) from a free cell, or only so many steps of it."""
         return descend(self._field, start, self.goal, corner_cutting=self._corner_cutting,
                        connectivity=self._connectivity, steps=steps)
 

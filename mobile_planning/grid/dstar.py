@@ -99,7 +99,7 @@ class DstarPlanner(PlannerBase):
         costs = None if is_grid else positive_costs(costmap)
         super().__init__(costmap if is_grid else np.isinf(costs), goal=goal, start=start, inflate=inflate,
                          occupied_from=occupied_from, unknown_is_free=unknown_is_free, verbose=verbose)
-        self._planned_goal = self._field = None
+        self._field = None
         if self._occupied is not None:
             costs = np.where(self._occupied, np.inf, 1.0 if costs is None else costs)
             self._field = RepairableField(costs, bool(corner_cutting), max_expansions)
@@ -144,14 +144,8 @@ class DstarPlanner(PlannerBase):
     def _plan(self, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> None:
         """Compute the cost-to-go of every cell; a plan that was stopped is finished by the next query."""
         self._require_grid()
-        if self.goal is None:
-            raise InvalidInput('no goal was given')
-        self._planned_goal = self.validate_endpoint(self.goal, name='goal')
+        self._planned_goal = self.validate_endpoint(self._require_goal(), name='goal')
         self._field.plan(self._field.index(*self.goal.tolist()), stop, done)
-
-    def has_plan(self) -> bool:
-        """Return whether there is a plan for the present goal."""
-        return self._planned_goal is not None and np.array_equal(self._planned_goal, self.goal)
 
     def update(self, cells: ArrayLike | Iterable[tuple[float, float, float]]) -> None:
         """Change the costs of cells; the next query repairs its paths.
@@ -218,7 +212,7 @@ class DstarPlanner(PlannerBase):
             If ``stop`` was set.
         """
         begin = self._take_ends(start, None, movie)
-        self._require_plan()
+        self._check_planned()
         before = self.nexpand
         path, cost, replanned = self._best_path(begin, stop)
         if sensor is not None:
@@ -227,33 +221,11 @@ class DstarPlanner(PlannerBase):
         self._show_path(path, status, verbose, animate, movie)
         return path, status
 
-    def next(self, position: ArrayLike) -> NDArray[np.int64] | None:
-        """Return the cell after ``position`` on the way to the goal.
-
-        Parameters
-        ----------
-        position : (2,) array_like
-            Cell (x, y).
-
-        Returns
-        -------
-        (2,) ndarray of int64, or None at the goal
-
-        Raises
-        ------
-        StartOutside, StartOccupied, GoalOccupied, NoPath, RuntimeError
-            As `query` does.
-        """
-        self._require_plan()
-        cell = self.validate_endpoint(position)
+    def _next(self, cell: NDArray[np.int64]) -> NDArray[np.int64] | None:
         start, _ = self._settle(cell, None)
-        if np.array_equal(cell, self.goal):
+        if cell.tolist() == self.goal.tolist():
             return None
         return np.array(self._field.cell(self._field.next_cell(start)))
-
-    def _require_plan(self):
-        if not self.has_plan():
-            raise RuntimeError(f'no plan for goal {self.goal}: call plan() first')
 
     def _walk(self, ahead, sensor, stop, replanned):
         """Return the path that a robot with a sensor takes, its cost and whether a full plan was needed."""

@@ -26,7 +26,7 @@ class PlannerBase(PlannerFilms):
     Points may be given as real numbers: they mean the cell whose centre is nearest.
     The caller's grid is read once and never written.
 
-    A planner of its own kind fills in `_plan`, and `next`, `_path` or `_solve`. What shows its work, ``animate``,
+    A planner of its own kind fills in `_plan`, and `_next`, `_path` or `_solve`. What shows its work, ``animate``,
     ``movie``, ``progress``, ``summary`` and ``verbose``, is served here.
 
     Parameters
@@ -75,7 +75,7 @@ class PlannerBase(PlannerFilms):
             self._occupied = grown(self._obstacles, inflate) if inflate else self._obstacles
             self._obstacles.flags.writeable = self._occupied.flags.writeable = False
         self._inflate = inflate
-        self._start = self._goal = None
+        self._start = self._goal = self._planned_goal = None
         self._verbose = bool(verbose)
         if start is not None:
             self.start = start
@@ -209,12 +209,35 @@ class PlannerBase(PlannerFilms):
         self._watch_plan(self._plan, animate, progress, verbose, summary, movie, stop)
 
     def next(self, position: ArrayLike) -> NDArray[np.int64] | None:
-        """Return the cell after ``position`` on the way to the goal; each planner says how."""
-        raise NotImplementedError(f'{type(self).__name__} has no next')
+        """Return the cell after ``position`` on the way to the goal.
+
+        Parameters
+        ----------
+        position : (2,) array_like
+            Cell (x, y).
+
+        Returns
+        -------
+        (2,) ndarray of int64, or None at the goal
+
+        Raises
+        ------
+        StartOutside, StartOccupied
+            If the position is no free cell.
+        GoalOccupied
+            If the goal was blocked since it was planned for.
+        NoPath
+            If the goal cannot be reached from there.
+        RuntimeError
+            If nothing was planned for the present goal.
+        """
+        cell = self.validate_endpoint(position)
+        self._check_planned()
+        return self._next(cell)
 
     def has_plan(self) -> bool:
         """Return whether there is a plan for the present goal."""
-        return False
+        return self._planned_goal is not None and self._planned_goal.tolist() == self.goal.tolist()
 
     def query(
         self,
@@ -272,6 +295,7 @@ class PlannerBase(PlannerFilms):
             self.plan(stop=stop)
         if not next:
             return begin[None].astype(dtype) if dtype is not None else begin[None]
+        self._check_planned()
         path, status = self._solve(begin, stop)
         self._show_path(path, status, verbose, animate, movie)
         path = path.astype(dtype) if dtype is not None else path
@@ -309,12 +333,11 @@ class PlannerBase(PlannerFilms):
         """Set the ends that are given, and return the start."""
         if movie is not None:
             film_of(movie)
-        if start is not None:
-            self.start = start
         # Kept apart from `self.start`: another thread may query the same plan.
         begin = self.start if start is None else self.validate_endpoint(start)
         if begin is None:
             raise InvalidInput('no start was given')
+        self._start = begin
         if goal is not None:
             self.goal = goal
         return begin
@@ -334,9 +357,22 @@ class PlannerBase(PlannerFilms):
     def _path(self, start: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the path (N, 2) from a free cell, step by step; a planner that knows a faster way overrides this."""
         path = [start]
-        while (step := self.next(path[-1])) is not None:
+        while (step := self._next(path[-1])) is not None:
             path.append(step)
         return np.array(path)
+
+    def _next(self, cell: NDArray[np.int64]) -> NDArray[np.int64] | None:
+        """Return the cell after a free one on the way to the goal, None at the goal."""
+        raise NotImplementedError(f'{type(self).__name__} has no next')
+
+    def _check_planned(self) -> None:
+        if not self.has_plan():
+            raise RuntimeError(f'no plan for goal {self.goal}: call plan() first')
+
+    def _require_goal(self) -> NDArray[np.int64]:
+        if self.goal is None:
+            raise InvalidInput('no goal was given')
+        return self.goal
 
     def _require_grid(self) -> NDArray[np.bool_]:
         if self._occupied is None:
@@ -351,7 +387,7 @@ class PlannerBase(PlannerFilms):
             raise InvalidInput(f'{name} {point!r} is not a point (x, y)') from None
         if values.shape != (2,) or not np.isfinite(values).all():
             raise InvalidInput(f'{name} {values.tolist()} is not two finite numbers (x, y)')
-        return np.rint(np.clip(values, -2.0 ** 53, 2.0 ** 53)).astype(np.int64)
+        return np.array([round(min(max(value, -2.0 ** 53), 2.0 ** 53)) for value in values.tolist()])
 
     def _contains(self, x, y):
         height, width = self._occupied.shape

@@ -107,8 +107,8 @@ class Rightwards(PlannerBase):
     def has_plan(self):
         return True
 
-    def next(self, position):
-        return None if np.array_equal(position, self.goal) else position + (1, 0)
+    def _next(self, cell):
+        return None if np.array_equal(cell, self.goal) else cell + (1, 0)
 
 
 def test_a_query_of_any_planner_follows_its_next_to_the_goal():
