@@ -129,7 +129,7 @@ class DstarPlan(Plan):
     def field(self, terrain: PlanningMap, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the cost from every cell to the goal [cells]: NaN if occupied, inf if unreachable."""
         self._prepare(terrain, stop, done)
-        return self._planner.distancemap
+        return self._planner.cost_to_go(stop)
 
     def route(self, terrain, start, goal, stop, done):
         """Repair the field, and go down it."""
@@ -145,13 +145,14 @@ class DstarPlan(Plan):
     def _prepare(self, terrain, stop, done):
         """Bring the plan to the costs of the map, and return where it comes from."""
         if self._planner is None:
-            planner = DstarPlanner(terrain.costs, corner_cutting=self._rules.corner_cutting)
+            planner = DstarPlanner(terrain.occupied if terrain.weights is None else terrain.weights,
+                                   corner_cutting=self._rules.corner_cutting, stop=stop)
             planner.plan(self._goal, progress=done, stop=stop)
             self._planner, self._version = planner, terrain.version
             return 'computed'
         if self._version != terrain.version:
             rows = terrain.changes_since(self._version)
-            self._planner.update(terrain.changes_from(self._planner.costmap) if rows is None else rows)
+            self._planner.update(terrain.changes_from(self._planner.costmap, stop) if rows is None else rows)
             self._version = terrain.version
         return 'reused'
 

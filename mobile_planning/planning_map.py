@@ -10,6 +10,7 @@ from mobile_planning.map_masks import forbidden_cells, slowness
 from mobile_planning.nearest_cell import nearest
 from mobile_planning.world.inflation import grown, regrown
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+from mobile_planning.world.row_blocks import row_blocks
 
 # Changes that a map remembers; a plan that is further behind compares all cells.
 _CHANGES_KEPT = 64
@@ -123,11 +124,14 @@ class PlanningMap:
             return None
         return np.concatenate([np.empty((0, 3)), *self._changes[len(self._changes) - count:]])
 
-    def changes_from(self, costs: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return rows (x, y, cost) that lead from other costs (h, w) to those of this map."""
-        ours = self.costs
-        y, x = np.nonzero(ours != costs)
-        return np.column_stack([x, y, ours[y, x]])
+    def changes_from(self, costs: NDArray[np.float64], stop: NDArray[np.uint8] | None = None) -> NDArray[np.float64]:
+        """Return rows (x, y, cost) that lead from other costs (h, w) to those of this map; Cancelled if stopped."""
+        changes = [np.empty((0, 3))]
+        for rows in row_blocks(costs.shape, stop):
+            ours = np.where(self.occupied[rows], np.inf, 1.0) if self.weights is None else self.weights[rows]
+            y, x = np.nonzero(ours != costs[rows])
+            changes.append(np.column_stack([x, y + rows.start, ours[y, x]]))
+        return np.concatenate(changes)
 
     def cell(self, pose: ArrayLike, name: str, outside: type[Exception]) -> NDArray[np.int64]:
         """Return the cell (2,) of a pose, or raise ``outside``."""

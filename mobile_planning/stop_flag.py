@@ -46,9 +46,8 @@ class StopFlag:
 
     def check(self) -> None:
         """Raise PlanningTimeout or Cancelled if the block must end."""
-        reason = self._reason()
-        if reason is not None:
-            raise reason
+        if self._reason() is not None:
+            raise self._reason()
 
     def __enter__(self) -> StopFlag:
         self.check()
@@ -63,8 +62,9 @@ class StopFlag:
         self._over.set()
         if self._watcher is not None:
             self._watcher.join()
-        if isinstance(error, Cancelled) and (reason := self._reason()) is not None:
-            raise reason from None
+        # A name for the reason would be a cycle of it and this frame, which keeps the memory of the work alive.
+        if isinstance(error, Cancelled) and self._reason() is not None:
+            raise self._reason() from None
 
     def _watch(self):
         while self._reason() is None:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import Cancelled, InvalidInput, NoPath
 from mobile_planning.grid.planner import PlannerBase
 from mobile_planning.grid.dstar import positive_costs
-from mobile_planning.grid.repairable_field import bordered, canonical_moves_of, way_down
+from mobile_planning.grid.repairable_field import bordered, canonical_moves_of, checked_path
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
@@ -96,7 +96,7 @@ def _search_uniform(occupied, start, goal, corner_cutting, stop):
 
 def _search_weighted(costs, start, goal, corner_cutting, stop):
     """Return the path of least cost and that cost, an empty one if there is none."""
-    from mobile_planning.grid import astar_kernels
+    from mobile_planning.grid import astar_kernels, dstar_kernels
 
     grid = bordered(costs, np.inf)
     width, flat = grid.shape[1], grid.reshape(-1)
@@ -107,6 +107,6 @@ def _search_weighted(costs, start, goal, corner_cutting, stop):
     if g[ends[1]] == np.inf:
         return np.empty((0, 2), np.int64), np.inf
     # The field leads back to the start.
-    back, sums, first = way_down((np.array([start]), np.zeros(1), 0), np.inf, flat, g, width, ends[1], least,
-                                 corner_cutting, stop)
-    return back[first:][::-1].copy(), sums[first]
+    back, sums, first = dstar_kernels.descend(np.array([start]), np.zeros(1), 0, np.inf, flat, g, width, ends[1], least,
+                                              corner_cutting, stop)
+    return checked_path(back[first:], tuple(goal.tolist()), stop)[::-1], sums[first]

@@ -134,39 +134,55 @@ def cost_range(costs):
     return least, most
 
 
-@njit(b1(f8[::1], f8[::1], COSTS, i8, i8, CELLS, f8, u1[::1], i8[::1]), nogil=True, cache=True)
+@njit(types.UniTuple(i8, 2)(f8[::1], f8[::1], COSTS, i8, i8, CELLS, f8, u1[::1], i8[::1]), nogil=True, cache=True)
 def fill_uniform(g, rhs, costs, width, goal, moves, cost, stop, done):
-    """Fill both fields where every free cell has the same cost; return False if stopped before that."""
+    """Fill both fields where every free cell has the same cost.
+
+    Returns how many cells reach the goal and how many of them have an occupied neighbour; -1 and 0 if stopped before.
+    """
     states = g.view(np.int64)
     blocked = np.empty(g.size, np.uint8)
-    for cell in range(g.size):
-        blocked[cell] = costs[cell] == np.inf
-        states[cell] = BLOCKED if blocked[cell] else UNREACHED
+    for row in range(0, g.size, width):
+        if stop[0]:  # memory that is touched for the first time can be slow
+            return -1, 0
+        for cell in range(row, row + width):
+            blocked[cell] = costs[cell] == np.inf
+            states[cell] = BLOCKED if blocked[cell] else UNREACHED
     around = occupied_neighbours(blocked.reshape(g.size // width, width), stop).reshape(g.size)
     if stop[0] or not spread(states, around, width, goal, moves, stop, done):
-        return False
-    for cell in range(g.size):
-        state = states[cell]
-        g[cell] = rhs[cell] = cost * length_of(state) if state >= 0 else np.inf
-    return True
+        return -1, 0
+    reached = beside = 0
+    for row in range(0, g.size, width):
+        if stop[0]:
+            return -1, 0
+        for cell in range(row, row + width):
+            state = states[cell]
+            g[cell] = rhs[cell] = cost * length_of(state) if state >= 0 else np.inf
+            reached += state >= 0
+            beside += state >= 0 and around[cell] != 0
+    return reached, beside
 
 
-@njit(b1(f8[::1], f8[::1], COSTS, i8, i8, b1, u1[::1], i8[::1]), nogil=True, cache=True)
+@njit(i8(f8[::1], f8[::1], COSTS, i8, i8, b1, u1[::1], i8[::1]), nogil=True, cache=True)
 def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
-    """Fill both fields by a Dijkstra search; return False if stopped before that."""
-    steps = steps_of(width)
-    g[:] = np.inf
+    """Fill both fields by a Dijkstra search; return how many cells reach the goal, -1 if stopped before that."""
+    steps, reached = steps_of(width), 0
+    for row in range(0, g.size, width):
+        if stop[0]:
+            return -1
+        g[row:row + width] = np.inf
     g[goal] = 0.0
     keys, cells = np.empty(1024), np.empty(1024, np.uint32)
     count = push(keys, cells, 0, 0.0, goal)
     while count > 0:
         done[0] += 1
         if done[0] & 1023 == 0 and stop[0]:
-            return False
+            return -1
         key, cell = keys[0], np.uint64(cells[0])
         count = drop_first(keys, cells, count)
         if key > g[cell]:
             continue
+        reached += 1
         keys, cells = with_room(keys, cells, count, 8)
         for move in range(np.uint64(8)):
             neighbour = cell + steps[move]
@@ -174,22 +190,28 @@ def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
             if value < g[neighbour]:
                 g[neighbour] = value
                 count = push(keys, cells, count, value, neighbour)
-    rhs[:] = g
-    return True
+    for row in range(0, g.size, width):
+        if stop[0]:
+            return -1
+        rhs[row:row + width] = g[row:row + width]
+    return reached
 
 
-@njit(types.Tuple((*QUEUE, f8))(f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8[::1], i8, i8, i8, f8, f8, b1),
-      nogil=True, cache=True)
-def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, start, least, offset, corner_cutting):
+@njit(types.Tuple((*QUEUE, f8))(
+    f8[::1], u4[::1], i8, f8[::1], f8[::1], COSTS, i8[::1], i8, i8, i8, f8, f8, b1, u1[::1]), nogil=True, cache=True)
+def enqueue_changes(
+        keys, cells, count, g, rhs, costs, changed, goal, width, start, least, offset, corner_cutting, stop):
     """Bring ``rhs`` up to date around the changed cells and queue the cells that need repair.
 
     Every edge that a cell takes part in, also at a corner that it blocks, ends in its 3 x 3 neighbourhood. Returns the
-    queue and the least value of a cell there.
+    queue and the least value of a cell there; a count of -1 if stopped, and then only a new plan helps.
     """
     steps, goal_cell = steps_of(width), np.uint64(goal)
     concerned = np.empty(9 * changed.size, np.uint32)
     size, lowest = 0, np.inf
     for i in range(changed.size):
+        if i & 1023 == 0 and stop[0]:
+            return keys, cells, -1, lowest
         for move in range(9):
             cell = np.uint64(changed[i]) + (steps[move] if move < 8 else np.uint64(0))
             # A NaN marks what is already in the list.
@@ -202,6 +224,8 @@ def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, sta
             g[changed[i]] = np.inf
     keys, cells = with_room(keys, cells, count, size)
     for i in range(size):
+        if i & 1023 == 0 and stop[0]:
+            return keys, cells, -1, lowest
         cell = np.uint64(concerned[i])
         rhs[cell] = best_of_neighbours(costs, g, cell, steps, corner_cutting, 0.0)
         if differ(g[cell], rhs[cell]):
@@ -210,9 +234,12 @@ def enqueue_changes(keys, cells, count, g, rhs, costs, changed, goal, width, sta
     return keys, cells, count, lowest
 
 
-@njit(i8(f8[::1], u4[::1], i8, f8[::1], f8[::1], i8, i8, f8), nogil=True, cache=True)
-def order_anew(keys, cells, count, g, rhs, width, start, least):
-    """Give each waiting cell one entry, with its key for a robot at ``start``, and return their count."""
+@njit(i8(f8[::1], u4[::1], i8, f8[::1], f8[::1], i8, i8, f8, u1[::1]), nogil=True, cache=True)
+def order_anew(keys, cells, count, g, rhs, width, start, least, stop):
+    """Give each waiting cell one entry, with its key for a robot at ``start``, and return their count.
+
+    The count is -1 if stopped, and then only a new plan helps.
+    """
     kept = 0
     for i in range(count):
         cell = cells[i]
@@ -224,6 +251,8 @@ def order_anew(keys, cells, count, g, rhs, width, start, least):
     for i in range(kept):
         rhs[cells[i]] = keys[i]
     for i in range(kept):
+        if i & 1023 == 0 and stop[0]:
+            return -1
         cell = cells[i]
         push(keys, cells, i, min(g[cell], rhs[cell]) + least_cost(cell, start, width, least), cell)
     return kept
@@ -323,12 +352,14 @@ def index_at(path, i, width):
 @njit(types.Tuple((i8[:, ::1], f8[::1], i8))(
     i8[:, ::1], f8[::1], i8, f8, COSTS, f8[::1], i8, i8, f8, b1, u1[::1]), nogil=True, cache=True)
 def descend(path, sums, first, changed_from, costs, g, width, start, least, corner_cutting, stop):
-    """Make the last best path one from another start and at other values, and return it; no cell of it if stopped.
+    """Make the last best path one from another start and at other values, and return it.
 
     A path lies at the end of its array, from row ``first`` to the goal in the last row, and ``sums`` has the cost from
     each of its cells. Values that changed since it was made were and are at least ``changed_from``, and so were those
     of cells beside a changed cost. A cell with a lower value goes on as before, because only a neighbour with a still
     lower one can be next: once the new path meets such a cell of the old one, the rest is the same.
+
+    If stopped, or if no neighbour is lower, the path begins at another cell than ``start``.
     """
     steps, last = steps_of(width), len(path) - 1
     # Values sink along a path: search for the first one that is low enough.
@@ -346,19 +377,23 @@ def descend(path, sums, first, changed_from, costs, g, width, start, least, corn
         if index_at(path, kept, width) == cell:
             break
         if count == ahead.size:
-            ahead = np.concatenate((ahead, np.empty_like(ahead)))
+            longer = np.empty(2 * count, np.uint64)
+            longer[:count] = ahead
+            ahead = longer
         ahead[count] = cell
         count += 1
         following = next_cell(costs, g, cell, steps, least, corner_cutting)
         if following == cell or (count & 1023 == 0 and stop[0]):
-            return path, sums, last + 1
+            return path, sums, kept
         cell = following
     if count > kept:
-        room = count + len(path)
-        path = np.concatenate((np.empty((room, 2), np.int64), path))
-        sums = np.concatenate((np.empty(room), sums))
-        kept += room
+        tail = len(path) - kept
+        longer, longer_sums = np.empty((2 * (count + tail), 2), np.int64), np.empty(2 * (count + tail))
+        longer[-tail:], longer_sums[-tail:] = path[kept:], sums[kept:]
+        path, sums, kept = longer, longer_sums, len(longer) - tail
     for i in range(count - 1, -1, -1):
+        if i & 1023 == 0 and stop[0]:
+            break
         kept -= 1
         sums[kept] = sums[kept + 1] + step_cost(costs, ahead[i], cell, width)
         cell = ahead[i]

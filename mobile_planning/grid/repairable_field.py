@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.errors import Cancelled, LimitExceeded
+from mobile_planning.world.row_blocks import row_blocks
 
-# A repair gives up after this part of the cells that a full plan settles. Expanding a cell in a repair takes 30 to 100
-# times longer than settling it in a full plan of equal costs, 4 to 6 times with other costs: when it gives up it has
-# taken about half as long as the plan that follows.
-_SHARE_UNIFORM, _SHARE_WEIGHTED = 1 / 250, 1 / 12
+# A repair gives up after this part of the work of a full plan, counted in cells that it settled. Expanding a cell in a
+# repair takes as long as settling up to 45 of equal costs, up to 2 of others: when it gives up it has taken about a
+# quarter of the time of the plan that follows.
+_SHARE_UNIFORM, _SHARE_WEIGHTED = 1 / 200, 1 / 7
+# A cell beside an obstacle takes longer in a plan of equal costs, by this part: the processor guesses wrong there.
+_EXTRA_BESIDE_OBSTACLES = 1.25
 _FEWEST_EXPANSIONS = 100
 # A queue with more entries than this, and than twice what remained of it the last time, is searched for dead ones.
 _QUEUE_SIZE = 4096
@@ -24,13 +27,17 @@ class RepairableField:
 
     Parameters
     ----------
-    costs : (h, w) ndarray
-        Above 0, inf where blocked; copied.
+    costs : (h, w) ndarray, optional
+        Above 0, copied; 1 everywhere if not given.
+    blocked : (h, w) ndarray of bool
+        Where costs are inf, copied.
     corner_cutting : bool
         Whether a diagonal step may pass a blocked cell at its side.
     max_expansions : int, optional
         After so many expansions, changed cells counted in, a repair gives way to a new plan; if not given, after about
-        half the time of one.
+        a quarter of the time of one.
+    stop : (1,) ndarray of uint8, optional
+        Ends the copying with Cancelled.
 
     Attributes
     ----------
@@ -42,12 +49,19 @@ class RepairableField:
         Cells that reach the goal, by the last full plan.
     """
 
-    def __init__(self, costs: NDArray[np.float64], corner_cutting: bool, max_expansions: int | None = None):
-        self._width = costs.shape[1] + 2
-        self._costs = bordered(np.asarray(costs, float), np.inf).reshape(-1)
+    def __init__(self, costs: NDArray[np.float64] | None, blocked: NDArray[np.bool_], corner_cutting: bool,
+                 max_expansions: int | None = None, stop: NDArray[np.uint8] | None = None):
+        height, self._width = blocked.shape[0], blocked.shape[1] + 2
+        self._costs = np.empty((height + 2) * self._width)
+        self.blocked = np.empty_like(blocked)
+        grid = self._costs.reshape(height + 2, self._width)
+        grid[0] = grid[-1] = np.inf
+        for rows in row_blocks(blocked.shape, stop):
+            self.blocked[rows] = blocked[rows]
+            grid[1:-1][rows] = np.inf
+            grid[1:-1, 1:-1][rows] = np.where(blocked[rows], np.inf, 1.0 if costs is None else costs[rows])
         self._corner_cutting = corner_cutting
         self._max_expansions = max_expansions
-        self.blocked = np.isinf(costs)
         self.expanded = self.reached = 0
         self._goal = self._g = self._rhs = self._path = None
         # The least value that changed since that path was made.
@@ -110,7 +124,7 @@ class RepairableField:
             self._changed.append(changed)
             self._least = min(self._least, rows[:, 2].min())
             # What no repair could afford need not be remembered.
-            self._is_stale = sum(map(len, self._changed)) > self._most_expansions()
+            self._is_stale = sum(map(len, self._changed)) > self._cap
         return wrong, is_new
 
     def plan(self, goal: int, stop: NDArray[np.uint8] | None, done: NDArray[np.int64] | None = None) -> None:
@@ -128,20 +142,22 @@ class RepairableField:
         self._goal, self._is_stale = goal, True
         self._empty_queue()
         self._least, most = kernels.cost_range(self._costs)
-        self._is_uniform = self._least == most
         place = (self._g, self._rhs, self._costs, self._width, goal)
-        if self._is_uniform:
-            is_filled = kernels.fill_uniform(*place, canonical_moves_of(self._corner_cutting), most, stop, done)
+        if self._least == most:
+            reached, beside = kernels.fill_uniform(*place, canonical_moves_of(self._corner_cutting), most, stop, done)
+            affordable = _SHARE_UNIFORM * (reached + _EXTRA_BESIDE_OBSTACLES * beside)
         else:
-            is_filled = kernels.fill_weighted(*place, self._corner_cutting, stop, done)
-        if not is_filled:
+            reached = kernels.fill_weighted(*place, self._corner_cutting, stop, done)
+            affordable = _SHARE_WEIGHTED * reached
+        if reached < 0:
             raise Cancelled('the plan to goal ({}, {}) was stopped before it was complete'.format(*self.cell(goal)))
         self._is_stale = False
         # Of the last path the goal remains.
         self._path, self._changed_from = (np.array([self.cell(goal)]), np.zeros(1), 0), np.inf
         self._keyed_for, self._keyed_least, self._offset = goal, self._least, 0.0
-        self.reached = int(np.count_nonzero(self._g < np.inf))
-        self.expanded += self.reached
+        self._cap = max(_FEWEST_EXPANSIONS, int(affordable)) if self._max_expansions is None else self._max_expansions
+        self.reached = reached
+        self.expanded += reached
 
     def settle(self, start: int, stop: NDArray[np.uint8] | None) -> bool:
         """Make the field right on every best path from a cell, and return whether that took a full plan.
@@ -170,11 +186,14 @@ class RepairableField:
         What still stands of the last path is taken from there. The path is an array of cells (N, 2); Cancelled is
         raised if stopped.
         """
-        self._path = way_down(self._path, self._changed_from, self._costs, self._g, self._width, start, self._least,
-                              self._corner_cutting, np.zeros(1, np.uint8) if stop is None else stop)
+        from mobile_planning.grid import dstar_kernels as kernels
+
+        stop = np.zeros(1, np.uint8) if stop is None else stop
+        self._path = kernels.descend(*self._path, self._changed_from, self._costs, self._g, self._width, start,
+                                     self._least, self._corner_cutting, stop)
         self._changed_from = np.inf
-        cells, costs, first = self._path
-        return cells[first:].copy(), costs[first]
+        path, costs, first = self._path
+        return checked_path(path[first:], self.cell(start), stop), costs[first]
 
     def _repair(self, start, stop):
         """Make the field right for a start; return False if it must be planned anew."""
@@ -182,27 +201,29 @@ class RepairableField:
 
         if self.is_right_everywhere():
             return True
+        stop = np.zeros(1, np.uint8) if stop is None else stop
         fields = (self._g, self._rhs)
         if self._keyed_for != start:
             # Instead of every key in the queue the ones to come are moved.
             self._offset += kernels.least_cost(self._keyed_for, start, self._width, self._keyed_least)
             self._keyed_for = start
         if self._least < self._keyed_least or self._queue[2] > self._queue_limit:
-            count = kernels.order_anew(*self._queue, *fields, self._width, start, self._least)
+            count = kernels.order_anew(*self._queue, *fields, self._width, start, self._least, stop)
             self._queue = (*self._queue[:2], count)
+            self._check_whole(count)
             self._queue_limit = max(_QUEUE_SIZE, 2 * count)
             self._keyed_least, self._offset = self._least, 0.0
             # It also decides which ways count as equal.
             self._changed_from = 0.0
         place = (self._width, start, self._least, self._offset, self._corner_cutting)
         # Taking in a changed cell lasts about as long as expanding one.
-        cap = self._most_expansions() - sum(map(len, self._changed))
+        cap = self._cap - sum(map(len, self._changed))
         if self._changed:
             changed = self._changed[0] if len(self._changed) == 1 else np.concatenate(self._changed)
             *self._queue, lowest = kernels.enqueue_changes(
-                *self._queue, *fields, self._costs, changed, self._goal, *place)
+                *self._queue, *fields, self._costs, changed, self._goal, *place, stop)
+            self._check_whole(self._queue[2])
             self._changed, self._changed_from = [], min(self._changed_from, lowest)
-        stop = np.zeros(1, np.uint8) if stop is None else stop
         *self._queue, lowest, outcome, expansions = kernels.repair(
             *self._queue, *fields, self._costs, *place, cap, stop)
         self._changed_from = min(self._changed_from, lowest)
@@ -211,11 +232,11 @@ class RepairableField:
             raise Cancelled('the repair of a plan was stopped before it was complete')
         return outcome == kernels.SETTLED
 
-    def _most_expansions(self):
-        """Return after how many expansions of a repair the field is planned anew."""
-        if self._max_expansions is not None:
-            return self._max_expansions
-        return max(_FEWEST_EXPANSIONS, int((_SHARE_UNIFORM if self._is_uniform else _SHARE_WEIGHTED) * self.reached))
+    def _check_whole(self, count):
+        """Raise Cancelled if the work on the queue was stopped in its middle; only a new plan helps then."""
+        if count < 0:
+            self._is_stale = True
+            raise Cancelled('the repair of a plan was stopped before it was complete')
 
     def _empty_queue(self):
         """Forget changes and cells that wait for repair."""
@@ -238,16 +259,16 @@ def bordered(cells: NDArray, value: float) -> NDArray:
     return result
 
 
-def way_down(path, changed_from, costs, g, width, start, least, corner_cutting, stop):
-    """Return the path of `dstar_kernels.descend`, of the same arguments; raise Cancelled if it was stopped."""
-    from mobile_planning.grid import dstar_kernels as kernels
-
-    found = kernels.descend(*path, changed_from, costs, g, width, start, least, corner_cutting, stop)
-    if found[2] < len(found[0]):
-        return found
-    if stop[0]:
-        raise Cancelled('the way down to the goal was stopped before it was complete')
-    raise LimitExceeded('the way down to the goal is lost in rounding: costs differ by a factor of more than 1e15')
+def checked_path(path: NDArray[np.int64], start: tuple[int, int], stop: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Return a copy of what `dstar_kernels.descend` found, if it begins at the start; raise Cancelled if stopped."""
+    if tuple(path[0].tolist()) != start:
+        if stop[0]:
+            raise Cancelled('the way down to the goal was stopped before it was complete')
+        raise LimitExceeded('the way down to the goal is lost in rounding: costs differ by a factor of more than 1e15')
+    copy = np.empty_like(path)
+    for rows in row_blocks(path.shape, stop):
+        copy[rows] = path[rows]
+    return copy
 
 
 @lru_cache(maxsize=None)

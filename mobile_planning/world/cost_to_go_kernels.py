@@ -103,13 +103,17 @@ def canonical_moves(diagonals, corner_cutting):
 def occupied_neighbours(occupied, stop):
     """Return each cell's mask of occupied neighbours; beyond the border all is occupied. Unfinished if stopped."""
     height, width = occupied.shape
-    padded = np.ones((height + 2, width + 2), np.uint8)
-    padded[1:-1, 1:-1] = occupied
     masks = np.empty((height, width), np.uint8)
+    below, here, above = np.ones(width + 2, np.uint8), np.ones(width + 2, np.uint8), np.ones(width + 2, np.uint8)
+    above[1:-1] = occupied[0]
     for y in range(height):
         if stop[0]:
             break
-        below, here, above = padded[y], padded[y + 1], padded[y + 2]
+        below, here, above = here, above, below
+        if y + 1 < height:
+            above[1:-1] = occupied[y + 1]
+        else:
+            above[:] = 1
         mask = masks[y]
         for x in range(width):
             mask[x] = (here[x + 2] | above[x + 1] << 1 | here[x] << 2 | below[x + 1] << 3
@@ -208,6 +212,8 @@ def fill_cost_to_go(field, occupied, goal_x, goal_y, moves, stop, done):
     if not spread(states, around, width, goal_y * width + goal_x, moves, stop, done):
         return False
     for y in range(height):
+        if stop[0]:
+            return False
         for x in range(width):
             state = states[y * width + x]
             lost = np.inf if state == UNREACHED else np.nan

@@ -14,7 +14,8 @@ NEVER = np.zeros(1, np.uint8)
 
 
 def planned(costs, goal, **options):
-    field = RepairableField(np.asarray(costs, float), True, **{'max_expansions': 10 ** 9, **options})
+    costs = np.asarray(costs, float)
+    field = RepairableField(costs, np.isinf(costs), True, **{'max_expansions': 10 ** 9, **options})
     field.plan(field.index(*goal), None)
     return field
 
@@ -51,7 +52,7 @@ def test_a_path_that_reuses_the_last_one_is_bit_for_bit_the_way_down_from_scratc
     costs = {'ones': np.ones((side, side)), 'whole': random.integers(1, 4, (side, side)).astype(float),
              'fractions': random.random((side, side)) + 1e-3, 'corridors': corridors(side)}[kind]
     new_costs = [np.inf, 1.0, 1.0, 0.4, 2.0]
-    field = RepairableField(costs, corner_cutting, 10 ** 9)
+    field = RepairableField(costs, np.isinf(costs), corner_cutting, 10 ** 9)
     field.plan(field.index(*random.integers(side, size=2).tolist()), None)
     start = tuple(random.integers(side, size=2).tolist())
     for turn in range(12):
