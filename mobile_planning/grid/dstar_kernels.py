@@ -176,7 +176,7 @@ def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
     count = push(keys, cells, 0, 0.0, goal)
     while count > 0:
         done[0] += 1
-        if done[0] & 1023 == 0 and stop[0]:
+        if done[0] & 255 == 0 and stop[0]:
             return -1
         key, cell = keys[0], np.uint64(cells[0])
         count = drop_first(keys, cells, count)
