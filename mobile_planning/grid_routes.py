@@ -145,7 +145,7 @@ class DstarPlan(Plan):
     def _prepare(self, terrain, stop, done):
         """Bring the plan to the costs of the map, and return where it comes from."""
         if self._planner is None:
-            planner = DstarPlanner(terrain.occupied if terrain.weights is None else terrain.weights,
+            planner = DstarPlanner(terrain.occupied if terrain.weights is None else terrain.cost_map(stop),
                                    corner_cutting=self._rules.corner_cutting, stop=stop)
             planner.plan(self._goal, progress=done, stop=stop)
             self._planner, self._version = planner, terrain.version

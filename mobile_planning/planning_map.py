@@ -63,10 +63,12 @@ class PlanningMap:
         # What each of the last versions changed, as rows (x, y, cost).
         self._changes = ()
 
-    @property
-    def costs(self) -> NDArray[np.float64]:
-        """Cost of each cell (h, w), inf where occupied."""
-        return np.where(self.occupied, np.inf, 1.0 if self.weights is None else self.weights)
+    def cost_map(self, stop: NDArray[np.uint8] | None = None) -> NDArray[np.float64]:
+        """Return the cost of each cell (h, w), inf where occupied; raise Cancelled if stopped."""
+        costs = np.empty(self.grid.shape)
+        for rows in row_blocks(costs.shape, stop):
+            costs[rows] = self._costs_at(rows)
+        return costs
 
     def updated(self, rows: NDArray[np.float64]) -> PlanningMap:
         """Return the map with other costs of some cells.
@@ -112,7 +114,7 @@ class PlanningMap:
         if np.array_equal(self.occupied, newer.occupied):
             # Plans are kept for this object.
             result.occupied = self.occupied
-        is_other = self.occupied != newer.occupied if self.weights is newer.weights else self.costs != newer.costs
+        is_other = self.occupied != newer.occupied if self.weights is newer.weights else self.cost_map() != newer.cost_map()
         y, x = np.nonzero(is_other)
         result._note(x, y, self)
         return result
@@ -128,7 +130,7 @@ class PlanningMap:
         """Return rows (x, y, cost) that lead from other costs (h, w) to those of this map; Cancelled if stopped."""
         changes = [np.empty((0, 3))]
         for rows in row_blocks(costs.shape, stop):
-            ours = np.where(self.occupied[rows], np.inf, 1.0) if self.weights is None else self.weights[rows]
+            ours = self._costs_at(rows)
             y, x = np.nonzero(ours != costs[rows])
             changes.append(np.column_stack([x, y + rows.start, ours[y, x]]))
         return np.concatenate(changes)
@@ -160,9 +162,12 @@ class PlanningMap:
 
     def _note(self, x, y, before):
         """Become the version after another one, from which these cells differ."""
-        costs = np.where(self.occupied[y, x], np.inf, 1.0 if self.weights is None else self.weights[y, x])
         self.version = before.version + 1
-        self._changes = (*before._changes, np.column_stack([x, y, costs]))[-_CHANGES_KEPT:]
+        self._changes = (*before._changes, np.column_stack([x, y, self._costs_at((y, x))]))[-_CHANGES_KEPT:]
+
+    def _costs_at(self, index):
+        """Return the costs of a part of the map, inf where occupied."""
+        return np.where(self.occupied[index], np.inf, 1.0 if self.weights is None else self.weights[index])
 
 
 def place(pose: ArrayLike) -> str:
