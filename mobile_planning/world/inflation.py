@@ -6,13 +6,15 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_planning.world.row_blocks import row_blocks
+
 # 0.3 m is three cells of 0.1 m although 0.3 / 0.1 < 3 in floating point.
 _SLACK = 1 + 1e-9
 # The least side of the squares that are grown anew [cells].
 _TILE = 64
 
 
-def grown(cells: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
+def grown(cells: NDArray[np.bool_], radius: float, stop: NDArray[np.uint8] | None = None) -> NDArray[np.bool_]:
     """Return which cells have their centre at most a radius from the centre of a given one.
 
     Distances are exact.
@@ -21,6 +23,8 @@ def grown(cells: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
     ----------
     cells : (h, w) ndarray of bool
     radius : float [cells]
+    stop : (1,) ndarray of uint8, optional
+        Set ``stop[0]`` from another thread to end it with Cancelled.
 
     Returns
     -------
@@ -32,11 +36,15 @@ def grown(cells: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
     array([[0, 0, 1],
            [0, 1, 1]])
     """
-    from scipy.ndimage import distance_transform_edt
-
     if radius == 0 or not cells.any():
         return cells.copy()
-    return distance_transform_edt(~cells) <= radius * _SLACK
+    # Rows farther away than that decide nothing, and a distance map of all rows would need 20 bytes a cell.
+    reach, result = ceil(min(radius, len(cells)) * _SLACK), np.empty_like(cells)
+    for rows in row_blocks(cells.shape, stop, least=4 * reach):
+        low = max(0, rows.start - reach)
+        near = _near(cells[low:rows.stop + reach], radius)
+        result[rows] = near[rows.start - low:rows.stop - low]
+    return result
 
 
 def regrown(before: NDArray[np.bool_], cells: NDArray[np.bool_], radius: float,
@@ -79,3 +87,10 @@ def regrown(before: NDArray[np.bool_], cells: NDArray[np.bool_], radius: float,
         differing.append(np.argwhere(here != now)[:, ::-1] + (left, bottom))
         here[:] = now
     return after, np.concatenate(differing)
+
+
+def _near(cells, radius):
+    """Return which cells are within a radius of a given one."""
+    from scipy.ndimage import distance_transform_edt
+
+    return distance_transform_edt(~cells) <= radius * _SLACK if cells.any() else cells

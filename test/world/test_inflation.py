@@ -5,7 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
+from mobile_planning.errors import Cancelled
+from mobile_planning.world import row_blocks
 from mobile_planning.world.inflation import grown, regrown
+
+
+@pytest.fixture(scope='module', autouse=True)
+def small_pieces():
+    """Let the work be done in pieces of a few rows, of which even the small maps here have several."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(row_blocks, '_CELLS', 60)
+        yield
 
 
 def within(cells, radius):
@@ -51,3 +61,8 @@ def test_nothing_that_changed_changes_nothing(radius):
     before = grown(np.eye(5, dtype=bool), radius)
     after, differing = regrown(before, np.eye(5, dtype=bool), radius, np.empty((0, 2), int))
     assert np.array_equal(after, before) and len(differing) == 0
+
+
+def test_growing_a_large_map_can_be_stopped():
+    with pytest.raises(Cancelled):
+        grown(np.eye(200, dtype=bool), 2.0, np.ones(1, np.uint8))
