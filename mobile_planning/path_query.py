@@ -14,6 +14,7 @@ from mobile_planning.nearest_cell import nearest, shortest_way
 from mobile_planning.planning_map import PlanningMap, place
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.world.cost_to_go import cost_to_go
+from mobile_planning.world.row_blocks import by_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +117,8 @@ class PathQuery(NamedTuple):
             goal = np.append(terrain.grid.cell_to_world(end), goal[2])
         elif is_inside:
             with self.plans.plan('distance_transform', end, self.flag) as plan:
-                reaching = np.isfinite(plan.field(terrain, self.flag.array, self.done))
+                field = plan.field(terrain, self.flag.array, self.done)
+                reaching = by_rows(np.isfinite, bool, self.flag.array, field)
             way = self._way_out(start, begin, reaching)
         return way, end, goal, moved
 
@@ -133,7 +135,7 @@ class PathQuery(NamedTuple):
         terrain = self.terrain
         field = cost_to_go(terrain.occupied, begin, corner_cutting=self.plans.rules.corner_cutting,
                            stop=self.flag.array)
-        found = nearest(np.isfinite(field), terrain.grid.world_to_grid(goal[:2]))
+        found = nearest(by_rows(np.isfinite, bool, self.flag.array, field), terrain.grid.world_to_grid(goal[:2]))
         distance = found[1] * terrain.grid.resolution
         if distance > tolerance * (1 + 1e-9):
             raise GoalOccupied(terrain.why_occupied(goal, end, 'goal') + '; the nearest one that can be reached is '

@@ -20,6 +20,7 @@ from mobile_planning.planning_map import PlanningMap
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.warm_up import warm_up
 from mobile_planning.world.occupancy_grid import OccupancyGrid
+from mobile_planning.world.row_blocks import by_rows
 
 FIELD_PLANNERS = ('distance_transform', 'dstar')
 
@@ -206,7 +207,8 @@ class PathServer:
             raise GoalOccupied(terrain.why_occupied(goal, cell, 'goal'))
         flag, done = StopFlag(deadline, stop), np.zeros(2, np.int64) if done is None else done
         with flag, plans.plan(planner, cell, flag) as plan:
-            return terrain.grid, plan.field(terrain, flag.array, done) * terrain.grid.resolution
+            field = plan.field(terrain, flag.array, done)
+            return terrain.grid, by_rows(lambda part: part * terrain.grid.resolution, float, flag.array, field)
 
     def plan_path(
         self,

@@ -5,10 +5,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import Cancelled, InvalidInput, NoPath
-from mobile_planning.grid.planner import PlannerBase
 from mobile_planning.grid.dstar import positive_costs
+from mobile_planning.grid.planner import PlannerBase
 from mobile_planning.grid.repairable_field import bordered, canonical_moves_of, checked_path
 from mobile_planning.world.occupancy_grid import OccupancyGrid
+from mobile_planning.world.row_blocks import by_rows
 
 
 def astar(
@@ -63,11 +64,11 @@ def astar(
     stop = np.zeros(1, np.uint8) if stop is None else stop
     occupied = PlannerBase(occgrid).occgrid
     if costs is not None:
-        costs = positive_costs(costs)
+        costs = positive_costs(costs, stop)
         if costs.shape != occupied.shape:
             raise InvalidInput(f'costs of shape {costs.shape} for a grid of shape {occupied.shape}')
-        costs = np.where(occupied, np.inf, costs)
-        occupied = np.isinf(costs)
+        costs = by_rows(lambda is_closed, cost: np.where(is_closed, np.inf, cost), float, stop, occupied, costs)
+        occupied = by_rows(np.isinf, bool, stop, costs)
     ends = PlannerBase(occupied, start=start, goal=goal)
     search = _search_uniform if costs is None else _search_weighted
     path, cost = search(occupied if costs is None else costs, ends.start, ends.goal, bool(corner_cutting), stop)
@@ -81,7 +82,7 @@ def _search_uniform(occupied, start, goal, corner_cutting, stop):
     from mobile_planning.grid import astar_kernels as kernels
     from mobile_planning.world.cost_to_go_kernels import length_of
 
-    blocked = bordered(occupied.view(np.uint8), 1)
+    blocked = bordered(occupied.view(np.uint8), 1, stop)
     width = blocked.shape[1]
     ends = [int((y + 1) * width + x + 1) for x, y in (start, goal)]
     # Fresh zeros cost nothing where the search does not come.
@@ -98,7 +99,7 @@ def _search_weighted(costs, start, goal, corner_cutting, stop):
     """Return the path of least cost and that cost, an empty one if there is none."""
     from mobile_planning.grid import astar_kernels, dstar_kernels
 
-    grid = bordered(costs, np.inf)
+    grid = bordered(costs, np.inf, stop)
     width, flat = grid.shape[1], grid.reshape(-1)
     ends = [int((y + 1) * width + x + 1) for x, y in (start, goal)]
     least, g = float(costs.min()), np.empty_like(flat)

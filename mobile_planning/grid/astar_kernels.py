@@ -138,7 +138,10 @@ def search_weighted(g, costs, width, start, goal, least, corner_cutting, stop):
     ``g`` becomes the cost from the start, inf where the search did not come.
     """
     steps = steps_of(width)
-    g[:] = np.inf
+    for row in range(0, g.size, width):
+        if stop[0]:  # memory that is touched for the first time can be slow
+            return -1
+        g[row:row + width] = np.inf
     g[start] = 0.0
     keys, cells = np.empty(1024), np.empty(1024, np.uint32)
     count = push(keys, cells, 0, least_cost(start, goal, width, least), start)

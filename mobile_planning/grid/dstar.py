@@ -12,7 +12,7 @@ from mobile_planning.errors import Cancelled, GoalOccupied, InvalidInput, NoPath
 from mobile_planning.grid.planner import PlannerBase
 from mobile_planning.grid.repairable_field import RepairableField
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
-from mobile_planning.world.row_blocks import row_blocks
+from mobile_planning.world.row_blocks import by_rows, row_blocks
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,8 @@ class DstarPlanner(PlannerBase):
     max_expansions : int, optional
         After so many expansions in a repair, changed cells counted in, the field is planned anew. If not given, as many
         as take about a quarter of the time of a new plan.
-    occupied_from, unknown_is_free, verbose
+    occupied_from, unknown_is_free, verbose, stop
         See `PlannerBase`.
-    stop : (1,) ndarray of uint8, optional
-        Set ``stop[0]`` from another thread to end the reading of a large map with Cancelled.
 
     Examples
     --------
@@ -102,13 +100,11 @@ class DstarPlanner(PlannerBase):
         costs, occgrid = None, costmap
         if not (costmap is None or isinstance(costmap, OccupancyGrid) or getattr(costmap, 'dtype', None) == bool):
             costs = positive_costs(costmap, stop)
-            occgrid = np.empty(costs.shape, bool)
-            for rows in row_blocks(costs.shape, stop):
-                occgrid[rows] = np.isinf(costs[rows])
+            occgrid = by_rows(np.isinf, bool, stop, costs)
             # What nobody can write is not copied.
             occgrid.flags.writeable = False
         super().__init__(occgrid, goal=goal, start=start, inflate=inflate, occupied_from=occupied_from,
-                         unknown_is_free=unknown_is_free, verbose=verbose)
+                         unknown_is_free=unknown_is_free, verbose=verbose, stop=stop)
         self._field = None
         if self._occupied is not None:
             self._field = RepairableField(costs, self._occupied, bool(corner_cutting), max_expansions, stop)
@@ -295,10 +291,12 @@ class DstarPlanner(PlannerBase):
 def positive_costs(costmap: ArrayLike, stop: NDArray[np.uint8] | None = None) -> NDArray[np.float64]:
     """Return the cost map as an array of floats, none of them NaN or not above 0; Cancelled if ``stop[0]`` is set."""
     try:
-        costs = np.asarray(costmap, dtype=float)
+        costs = np.asarray(costmap)
+        is_map = costs.ndim == 2 and costs.size > 0
+        costs = by_rows(np.asarray, float, stop, costs) if is_map and costs.dtype != float else costs
     except (TypeError, ValueError):
         raise InvalidInput('a cost map must be an array (h, w) of numbers') from None
-    if costs.ndim != 2 or costs.size == 0:
+    if not is_map:
         raise InvalidInput(f'a cost map of shape {costs.shape} is not two-dimensional with at least one cell')
     for rows in row_blocks(costs.shape, stop):
         positive = costs[rows] > 0

@@ -98,6 +98,8 @@ class MotionPrimitive:
             return self.pose_at([0.0, self.length])
         return self.pose_at(np.linspace(0.0, self.length, int(np.ceil(self.length / spacing)) + 1))
 
+    # It takes as long as the search of many a query, and every planner with these motions needs it.
+    @lru_cache(maxsize=4096)
     def swept_cells(self, corner_cutting: bool = True) -> NDArray[np.int64]:
         """Return the cells that a point crosses on this motion, its first and last included.
 
@@ -109,7 +111,7 @@ class MotionPrimitive:
         Returns
         -------
         (N, 2) ndarray of int64
-            Sorted.
+            Sorted, read-only.
         """
         stations = np.unique(np.concatenate([[0.0, self.length], self._grid_crossings()]).round(12))
         middles = self.pose_at((stations[1:] + stations[:-1]) / 2)[:, :2]
@@ -118,7 +120,9 @@ class MotionPrimitive:
             crossings = self.pose_at(stations)[:, :2]
             corners = crossings[(np.abs(crossings - np.floor(crossings) - 0.5) < 1e-6).all(axis=1)]
             cells += [np.rint(corners + (0.25 * dx, 0.25 * dy)) for dx in (-1, 1) for dy in (-1, 1)]
-        return np.unique(np.concatenate(cells).astype(np.int64), axis=0)
+        result = np.unique(np.concatenate(cells).astype(np.int64), axis=0)
+        result.flags.writeable = False
+        return result
 
     def _grid_crossings(self):
         """Return the distances [cells] at which the curve meets a line between cells."""
@@ -228,6 +232,7 @@ def motion_primitives(headings: int = 4, radius: float = 1.0, reverse: bool = Fa
     return tuple(sorted(forward + backward, key=lambda motion: (motion.heading, motion.is_reverse)))
 
 
+@lru_cache(maxsize=4096)
 def octile_length(motion: MotionPrimitive, corner_cutting: bool) -> float:
     """Return the length [cells] of the shortest way from its first cell to its last in 8-connected steps on its cells.
 

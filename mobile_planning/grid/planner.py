@@ -43,6 +43,8 @@ class PlannerBase(PlannerFilms):
         Whether unknown cells of an `OccupancyGrid` may be entered.
     verbose : bool
         Whether to print a line about each plan and path.
+    stop : (1,) ndarray of uint8, optional
+        Set ``stop[0]`` from another thread to end the reading of a large map with Cancelled.
 
     Raises
     ------
@@ -62,6 +64,7 @@ class PlannerBase(PlannerFilms):
         occupied_from: int = OCCUPIED_FROM,
         unknown_is_free: bool = False,
         verbose: bool = False,
+        stop: NDArray[np.uint8] | None = None,
     ):
         if not (np.isfinite(inflate) and inflate >= 0):
             raise InvalidInput(f'inflate {inflate} cells is not a finite number of at least 0')
@@ -72,7 +75,7 @@ class PlannerBase(PlannerFilms):
             obstacles = as_mask(occgrid).view(bool)
             # What nobody can write is shared: a server makes many planners on one map.
             self._obstacles = obstacles.copy() if obstacles.flags.writeable else obstacles
-            self._occupied = grown(self._obstacles, inflate) if inflate else self._obstacles
+            self._occupied = grown(self._obstacles, inflate, stop) if inflate else self._obstacles
             self._obstacles.flags.writeable = self._occupied.flags.writeable = False
         self._inflate = inflate
         self._start = self._goal = self._planned_goal = None

@@ -251,11 +251,15 @@ class RepairableField:
         return view
 
 
-def bordered(cells: NDArray, value: float) -> NDArray:
-    """Return a copy (h + 2, w + 2) of an array with a border of one value."""
+def bordered(cells: NDArray, value: float, stop: NDArray[np.uint8] | None = None) -> NDArray:
+    """Return a copy (h + 2, w + 2) of an array with a border of one value; raise Cancelled if stopped."""
     height, width = cells.shape
-    result = np.full((height + 2, width + 2), value, cells.dtype)
-    result[1:-1, 1:-1] = cells
+    result = np.empty((height + 2, width + 2), cells.dtype)
+    result[0] = result[-1] = value
+    for rows in row_blocks(cells.shape, stop):
+        part = result[1:-1][rows]
+        part[:, 0] = part[:, -1] = value
+        part[:, 1:-1] = cells[rows]
     return result
 
 
