@@ -6,7 +6,7 @@ Like Smac 2D it looks only at whether a cell is free, so that it may cut corners
 import numpy as np
 from numba import b1, i8, njit, u1
 
-from mobile_planning.grid.dstar_kernels import drop_first, push, with_room
+from mobile_planning.grid.heap_kernels import drop_first, push, with_room
 
 
 @njit(i8[::1](u1[::1], i8, i8, i8, b1), nogil=True)

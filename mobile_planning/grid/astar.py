@@ -97,7 +97,7 @@ def _search_uniform(occupied, start, goal, corner_cutting, stop):
 
 def _search_weighted(costs, start, goal, corner_cutting, stop):
     """Return the path of least cost and that cost, an empty one if there is none."""
-    from mobile_planning.grid import astar_kernels, dstar_kernels
+    from mobile_planning.grid import astar_kernels, descent_kernels
 
     grid = bordered(costs, np.inf, stop)
     width, flat = grid.shape[1], grid.reshape(-1)
@@ -108,6 +108,6 @@ def _search_weighted(costs, start, goal, corner_cutting, stop):
     if g[ends[1]] == np.inf:
         return np.empty((0, 2), np.int64), np.inf
     # The field leads back to the start.
-    back, sums, first = dstar_kernels.descend(np.array([start]), np.zeros(1), 0, np.inf, flat, g, width, ends[1], least,
-                                              corner_cutting, stop)
+    back, sums, first = descent_kernels.descend(np.array([start]), np.zeros(1), 0, np.inf, flat, g, width, ends[1],
+                                                least, corner_cutting, stop)
     return checked_path(back[first:], tuple(goal.tolist()), stop)[::-1], sums[first]

@@ -12,8 +12,8 @@ Maps have a border of blocked cells and indices are unsigned, as in `dstar_kerne
 import numpy as np
 from numba import b1, f8, i4, i8, njit, types, u1, u8
 
-from mobile_planning.grid.dstar_kernels import (
-    COSTS, drop_first, edge, least_cost, push, steps_of, with_room)
+from mobile_planning.grid.dstar_kernels import COSTS, edge, least_cost, steps_of
+from mobile_planning.grid.heap_kernels import drop_first, push, with_room
 from mobile_planning.world.cost_to_go_kernels import (
     ALL_DIRECTIONS, CELLS, DIAGONAL, LOWEST_BIT, MOVE_X, MOVE_Y, SQRT2, STRAIGHT, length_of)
 

@@ -1,4 +1,4 @@
-"""Inner loops of D*: the first field, its repair where costs changed, and the way down it.
+"""Inner loops of D*: the first field, and its repair where costs changed.
 
 The repair is D* Lite (Koenig and Likhachev 2002). Each cell has a cost-to-go ``g`` and the value ``rhs`` that its
 neighbours would give it; cells where the two differ wait in a heap, ordered by how long a path through them would be
@@ -19,6 +19,7 @@ wraps around. An edge costs the mean of its two cells times its length. None of 
 import numpy as np
 from numba import b1, f8, i8, njit, types, u1, u4, u8
 
+from mobile_planning.grid.heap_kernels import drop_first, push, with_room
 from mobile_planning.world.cost_to_go_kernels import (
     BLOCKED, CELLS, MOVE_X, MOVE_Y, SQRT2, UNREACHED, length_of, occupied_neighbours, spread)
 
@@ -80,58 +81,15 @@ def least_cost(cell, other, width, least):
     return least * HEURISTIC * (max(run, rise) + (SQRT2 - 1.0) * min(run, rise))
 
 
-@njit(i8(f8[::1], u4[::1], i8, f8, u8), nogil=True, cache=True)
-def push(keys, cells, count, key, cell):
-    """Put a cell into the heap and return the new count; there must be room."""
-    place = count
-    while place > 0:
-        parent = np.uint64(place - 1) >> np.uint64(1)
-        if keys[parent] <= key:
-            break
-        keys[np.uint64(place)], cells[np.uint64(place)] = keys[parent], cells[parent]
-        place = np.int64(parent)
-    keys[np.uint64(place)], cells[np.uint64(place)] = key, cell
-    return count + 1
-
-
-@njit(i8(f8[::1], u4[::1], i8), nogil=True, cache=True)
-def drop_first(keys, cells, count):
-    """Remove the first entry of the heap and return the new count."""
-    last, one = np.uint64(count - 1), np.uint64(1)
-    key, cell = keys[last], cells[last]
-    place = np.uint64(0)
-    while True:
-        child = place + place + one
-        if child >= last:
-            break
-        if child + one < last and keys[child + one] < keys[child]:
-            child += one
-        if keys[child] >= key:
-            break
-        keys[place], cells[place] = keys[child], cells[child]
-        place = child
-    keys[place], cells[place] = key, cell
-    return count - 1
-
-
-@njit(types.Tuple((f8[::1], u4[::1]))(f8[::1], u4[::1], i8, i8), nogil=True, cache=True)
-def with_room(keys, cells, count, more):
-    """Return the heap, grown if it has no room for ``more`` entries behind its ``count``."""
-    if count + more <= keys.size:
-        return keys, cells
-    grown_keys, grown_cells = np.empty(2 * (count + more)), np.empty(2 * (count + more), np.uint32)
-    grown_keys[:count], grown_cells[:count] = keys[:count], cells[:count]
-    return grown_keys, grown_cells
-
-
-@njit(types.UniTuple(f8, 2)(COSTS), nogil=True, cache=True)
+@njit(types.Tuple((f8, f8, i8))(COSTS), nogil=True, cache=True)
 def cost_range(costs):
-    """Return the least and the greatest finite cost; inf and 0 if all cells are blocked."""
-    least, most = np.inf, 0.0
+    """Return the least and the greatest finite cost, inf and 0 if all cells are blocked; and how many are not."""
+    least, most, free = np.inf, 0.0, 0
     for cost in costs:
         least = min(least, cost)
         most = max(most, cost if cost < np.inf else 0.0)
-    return least, most
+        free += cost < np.inf
+    return least, most, free
 
 
 @njit(types.UniTuple(i8, 2)(f8[::1], f8[::1], COSTS, i8, i8, CELLS, f8, u1[::1], i8[::1]), nogil=True, cache=True)
@@ -173,16 +131,17 @@ def fill_weighted(g, rhs, costs, width, goal, corner_cutting, stop, done):
         g[row:row + width] = np.inf
     g[goal] = 0.0
     keys, cells = np.empty(1024), np.empty(1024, np.uint32)
-    count = push(keys, cells, 0, 0.0, goal)
+    count, popped = push(keys, cells, 0, 0.0, goal), 0
     while count > 0:
-        done[0] += 1
-        if done[0] & 255 == 0 and stop[0]:
+        popped += 1
+        if popped & 255 == 0 and stop[0]:
             return -1
         key, cell = keys[0], np.uint64(cells[0])
         count = drop_first(keys, cells, count)
         if key > g[cell]:
             continue
         reached += 1
+        done[0] = reached
         keys, cells = with_room(keys, cells, count, 8)
         for move in range(np.uint64(8)):
             neighbour = cell + steps[move]
@@ -314,91 +273,6 @@ def repair(keys, cells, count, g, rhs, costs, width, start, least, offset, corne
             key = rhs[cell] + least_cost(cell, start, width, least) + offset
             count = push(keys, cells, count, key, cell)
     return keys, cells, count, lowest, SETTLED, expansions
-
-
-@njit(u8(COSTS, f8[::1], u8, u8[::1], f8, b1), nogil=True, cache=True)
-def next_cell(costs, g, cell, steps, least, corner_cutting):
-    """Return the next cell of a best path, or the cell itself where no neighbour's value is lower.
-
-    Of ways that are equal but for rounding the first in the list of moves is taken.
-    """
-    best, lowest = cell, np.inf
-    for move in range(np.uint64(8)):
-        neighbour = cell + steps[move]
-        if not g[neighbour] < g[cell]:
-            continue
-        value = g[neighbour] + edge(costs, cell, move, steps, corner_cutting)
-        if value <= g[cell] + 1e-7 * least:
-            return neighbour
-        if value < lowest:
-            best, lowest = neighbour, value
-    return best
-
-
-@njit(f8(COSTS, u8, u8, i8), nogil=True, cache=True)
-def step_cost(costs, cell, other, width):
-    """Return the cost of the step between two neighbouring cells."""
-    apart = abs(np.int64(cell) - np.int64(other))
-    length = 1.0 if apart == 1 or apart == width else SQRT2
-    return 0.5 * length * (costs[cell] + costs[other])
-
-
-@njit(u8(i8[:, ::1], i8, i8), nogil=True, cache=True)
-def index_at(path, i, width):
-    """Return the index of the cell (x, y) in a row of a path."""
-    return np.uint64((path[i, 1] + 1) * width + path[i, 0] + 1)
-
-
-@njit(types.Tuple((i8[:, ::1], f8[::1], i8))(
-    i8[:, ::1], f8[::1], i8, f8, COSTS, f8[::1], i8, i8, f8, b1, u1[::1]), nogil=True, cache=True)
-def descend(path, sums, first, changed_from, costs, g, width, start, least, corner_cutting, stop):
-    """Make the last best path one from another start and at other values, and return it.
-
-    A path lies at the end of its array, from row ``first`` to the goal in the last row, and ``sums`` has the cost from
-    each of its cells. Values that changed since it was made were and are at least ``changed_from``, and so were those
-    of cells beside a changed cost. A cell with a lower value goes on as before, because only a neighbour with a still
-    lower one can be next: once the new path meets such a cell of the old one, the rest is the same.
-
-    If stopped, or if no neighbour is lower, the path begins at another cell than ``start``.
-    """
-    steps, last = steps_of(width), len(path) - 1
-    # Values sink along a path: search for the first one that is low enough.
-    kept, high = first, last
-    while kept < high:
-        middle = (kept + high) // 2
-        if g[index_at(path, middle, width)] < changed_from:
-            high = middle
-        else:
-            kept = middle + 1
-    ahead, count, cell = np.empty(1024, np.uint64), 0, np.uint64(start)
-    while True:
-        while g[index_at(path, kept, width)] > g[cell]:
-            kept += 1
-        if index_at(path, kept, width) == cell:
-            break
-        if count == ahead.size:
-            longer = np.empty(2 * count, np.uint64)
-            longer[:count] = ahead
-            ahead = longer
-        ahead[count] = cell
-        count += 1
-        following = next_cell(costs, g, cell, steps, least, corner_cutting)
-        if following == cell or (count & 1023 == 0 and stop[0]):
-            return path, sums, kept
-        cell = following
-    if count > kept:
-        tail = len(path) - kept
-        longer, longer_sums = np.empty((2 * (count + tail), 2), np.int64), np.empty(2 * (count + tail))
-        longer[-tail:], longer_sums[-tail:] = path[kept:], sums[kept:]
-        path, sums, kept = longer, longer_sums, len(longer) - tail
-    for i in range(count - 1, -1, -1):
-        if i & 1023 == 0 and stop[0]:
-            break
-        kept -= 1
-        sums[kept] = sums[kept + 1] + step_cost(costs, ahead[i], cell, width)
-        cell = ahead[i]
-        path[kept, 0], path[kept, 1] = np.int64(cell) % width - 1, np.int64(cell) // width - 1
-    return path, sums, kept
 
 
 @njit(types.Tuple((i8, b1, i8[::1]))(ROWS, f8[::1], b1[:, ::1]), nogil=True, cache=True)

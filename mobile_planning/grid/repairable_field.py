@@ -94,7 +94,7 @@ class RepairableField:
 
     def step_cost(self, cell: int, other: int) -> float:
         """Return the cost of the step between two neighbouring cells at the costs that hold now."""
-        from mobile_planning.grid import dstar_kernels as kernels
+        from mobile_planning.grid import descent_kernels as kernels
 
         return kernels.step_cost(self._costs, cell, other, self._width)
 
@@ -130,18 +130,18 @@ class RepairableField:
     def plan(self, goal: int, stop: NDArray[np.uint8] | None, done: NDArray[np.int64] | None = None) -> None:
         """Compute the whole field to a goal at the costs that hold now; raise Cancelled if stopped.
 
-        ``done`` (2,) counts the cells that the search has passed, and of how many.
+        ``done`` (2,) counts the cells that the search has passed, and of how many that are free.
         """
         from mobile_planning.grid import dstar_kernels as kernels
 
         stop = np.zeros(1, np.uint8) if stop is None else stop
         done = np.zeros(2, np.int64) if done is None else done
-        done[:] = 0, self._costs.size
         if self._g is None:
             self._g, self._rhs = np.empty_like(self._costs), np.empty_like(self._costs)
         self._goal, self._is_stale = goal, True
         self._empty_queue()
-        self._least, most = kernels.cost_range(self._costs)
+        self._least, most, free = kernels.cost_range(self._costs)
+        done[:] = 0, free
         place = (self._g, self._rhs, self._costs, self._width, goal)
         if self._least == most:
             reached, beside = kernels.fill_uniform(*place, canonical_moves_of(self._corner_cutting), most, stop, done)
@@ -175,7 +175,7 @@ class RepairableField:
 
     def next_cell(self, start: int) -> int:
         """Return the next cell of the best path from a cell for which the field was settled; it reaches the goal."""
-        from mobile_planning.grid import dstar_kernels as kernels
+        from mobile_planning.grid import descent_kernels as kernels
 
         return kernels.next_cell(self._costs, self._g, start, kernels.steps_of(self._width), self._least,
                                  self._corner_cutting)
@@ -186,7 +186,7 @@ class RepairableField:
         What still stands of the last path is taken from there. The path is an array of cells (N, 2); Cancelled is
         raised if stopped.
         """
-        from mobile_planning.grid import dstar_kernels as kernels
+        from mobile_planning.grid import descent_kernels as kernels
 
         stop = np.zeros(1, np.uint8) if stop is None else stop
         self._path = kernels.descend(*self._path, self._changed_from, self._costs, self._g, self._width, start,
@@ -264,7 +264,7 @@ def bordered(cells: NDArray, value: float, stop: NDArray[np.uint8] | None = None
 
 
 def checked_path(path: NDArray[np.int64], start: tuple[int, int], stop: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Return a copy of what `dstar_kernels.descend` found, if it begins at the start; raise Cancelled if stopped."""
+    """Return a copy of what `descent_kernels.descend` found, if it begins at the start; raise Cancelled if stopped."""
     if tuple(path[0].tolist()) != start:
         if stop[0]:
             raise Cancelled('the way down to the goal was stopped before it was complete')

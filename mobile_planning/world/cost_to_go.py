@@ -44,7 +44,7 @@ def cost_to_go(
     stop : (1,) ndarray of uint8, optional
         Set ``stop[0]`` from another thread to end the search.
     done : (2,) ndarray of int64, optional
-        Read it from another thread: the search has passed about ``done[0]`` of ``done[1]`` cells.
+        Read it from another thread: the search has passed about ``done[0]`` of ``done[1]`` free cells.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def cost_to_go(
     moves = _moves(metric == 'euclidean', bool(corner_cutting))
     stop = np.zeros(1, np.uint8) if stop is None else stop
     done = np.zeros(2, np.int64) if done is None else done
-    done[:] = 0, grid.size
+    done[:] = 0, grid.size - np.count_nonzero(grid.view(bool))
     if not kernels.fill_cost_to_go(field, grid, x, y, moves, stop, done):
         raise Cancelled(f'the cost-to-go field to cell ({x}, {y}) was stopped before it was complete')
     return field

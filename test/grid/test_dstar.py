@@ -397,6 +397,7 @@ def test_the_documents_options_of_plan_and_query_are_served(capsys, tmp_path):
 
 def test_the_progress_of_a_weighted_plan_grows_to_the_end():
     costs, done = np.random.default_rng(1).uniform(1, 9, (40, 50)), np.zeros(2, np.int64)
+    costs[5:, 7] = np.inf
     planner = DstarPlanner(costs, goal=(0, 0))
-    planner._plan(np.zeros(1, np.uint8), done)
-    assert done[0] >= 40 * 50 and done[1] >= 40 * 50
+    planner.plan(progress=done)
+    assert done.tolist() == [np.isfinite(costs).sum()] * 2

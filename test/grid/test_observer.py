@@ -86,9 +86,10 @@ def test_planners_report_their_progress():
 def test_a_kernel_counts_what_it_has_done():
     from mobile_planning.world.cost_to_go import cost_to_go
 
-    done = np.zeros(2, np.int64)
-    cost_to_go(GRID, (3, 3), done=done)
-    assert done[1] == GRID.size and done[0] >= GRID.size
+    done, grid = np.zeros(2, np.int64), GRID.copy()
+    grid[5:15, 7] = 1
+    cost_to_go(grid, (3, 3), done=done)
+    assert done[1] == 590 and done[0] >= 590
 
 
 def test_a_stopped_plan_is_cancelled_whether_it_is_watched_or_not():

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mobile_planning.errors import Cancelled, LimitExceeded
-from mobile_planning.grid import dstar_kernels as kernels
+from mobile_planning.grid import descent_kernels as kernels
 from mobile_planning.grid.repairable_field import RepairableField
 
 NEVER = np.zeros(1, np.uint8)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mobile_planning.errors import Cancelled
-from mobile_planning.grid import dstar_kernels
+from mobile_planning.grid import descent_kernels, dstar_kernels, heap_kernels
 from mobile_planning.grid.dstar import DstarPlanner
 from mobile_planning.world import cost_to_go_kernels, row_blocks
 
@@ -32,7 +32,7 @@ class Flag:
 def interpreted(monkeypatch):
     """Let the kernels run as Python, which a flag of ours can watch, with blocks of one row."""
     monkeypatch.setattr(row_blocks, '_CELLS', WIDTH)
-    for module in (cost_to_go_kernels, dstar_kernels):
+    for module in (cost_to_go_kernels, heap_kernels, dstar_kernels, descent_kernels):
         for name, kernel in list(vars(module).items()):
             if hasattr(kernel, 'py_func'):
                 monkeypatch.setattr(module, name, kernel.py_func)
