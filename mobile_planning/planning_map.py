@@ -114,7 +114,10 @@ class PlanningMap:
         if np.array_equal(self.occupied, newer.occupied):
             # Plans are kept for this object.
             result.occupied = self.occupied
-        is_other = self.occupied != newer.occupied if self.weights is newer.weights else self.cost_map() != newer.cost_map()
+        if self.weights is newer.weights:
+            is_other = self.occupied != newer.occupied
+        else:
+            is_other = self.cost_map() != newer.cost_map()
         y, x = np.nonzero(is_other)
         result._note(x, y, self)
         return result

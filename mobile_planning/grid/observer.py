@@ -125,10 +125,10 @@ def film_of(movie: str | Path | tuple | None) -> tuple[Path | None, float]:
     RuntimeError
         If it is an .mp4 and ffmpeg is not installed.
     """
-    from mobile_planning.drawing.animation import check_film
-
     if movie is None:
         return None, 0.05
+    from mobile_planning.drawing.animation import check_film
+
     path, interval = movie if isinstance(movie, tuple) else (movie, 0.05)
     if not (np.isfinite(interval) and interval > 0):
         raise InvalidInput(f'interval {interval} s between frames is not a finite number above 0')

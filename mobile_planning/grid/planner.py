@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from mobile_planning.errors import (
     GoalOccupied, GoalOutside, InvalidInput, NoMap, StartOccupied, StartOutside)
-from mobile_planning.grid.observer import film_of, with_progress
-from mobile_planning.grid.planner_films import PlannerFilms
+from mobile_planning.grid.observer import film_of
+from mobile_planning.grid.planner_films import PlannerFilms, end_text
 from mobile_planning.world.cost_to_go import as_mask
 from mobile_planning.world.inflation import grown
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
@@ -314,28 +314,15 @@ class PlannerBase(PlannerFilms):
         else:
             height, width = self._occupied.shape
             grid = f'{width} x {height} cells, {self._occupied.mean():.1%} occupied'
-        return [f'grid: {grid}', f'start: {_end_text(self.start)}', f'goal: {_end_text(self.goal)}']
+        return [f'grid: {grid}', f'start: {end_text(self.start)}', f'goal: {end_text(self.goal)}']
 
     def _plan(self, stop: NDArray[np.uint8], done: NDArray[np.int64]) -> None:
         """Plan until done or ``stop[0]`` is set; ``done`` counts what is done, and of how much."""
         raise NotImplementedError(f'{type(self).__name__} does not plan')
 
-    def _watch_plan(self, work, animate, progress, verbose, summary, movie, stop):
-        """Do the work of planning and show it in all ways that are asked for."""
-        if movie is not None:
-            film_of(movie)
-        with_progress(work, progress, stop, type(self).__name__)
-        if self.verbose or verbose:
-            print(f'{type(self).__name__}: {self._facts()[-1]}')
-        if summary:
-            print(self)
-        if animate or movie is not None:
-            self._animate_plan(animate, movie)
-
     def _take_ends(self, start, goal, movie):
         """Set the ends that are given, and return the start."""
-        if movie is not None:
-            film_of(movie)
+        film_of(movie)
         # Kept apart from `self.start`: another thread may query the same plan.
         begin = self.start if start is None else self.validate_endpoint(start)
         if begin is None:
@@ -344,14 +331,6 @@ class PlannerBase(PlannerFilms):
         if goal is not None:
             self.goal = goal
         return begin
-
-    def _show_path(self, path, status, verbose, animate, movie):
-        """Show a path in all ways that are asked for."""
-        if self.verbose or verbose:
-            print(f'{type(self).__name__}: {len(path)} points from {_end_text(path[0])} to {_end_text(path[-1])}'
-                  f'{"" if status is None else f", cost {status.cost:g}"}')
-        if animate or movie is not None:
-            self._animate_path(path, animate, movie)
 
     def _solve(self, start: NDArray, stop: NDArray[np.uint8] | None) -> tuple[NDArray, NamedTuple | None]:
         """Return the path from a valid start and its status, if the planner has one."""
@@ -395,7 +374,3 @@ class PlannerBase(PlannerFilms):
     def _contains(self, x, y):
         height, width = self._occupied.shape
         return 0 <= x < width and 0 <= y < height
-
-
-def _end_text(end):
-    return 'none' if end is None else '({})'.format(', '.join(f'{value:g}' for value in end))

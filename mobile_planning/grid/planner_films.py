@@ -1,12 +1,13 @@
-"""The moving pictures of a planner: its plan as it spreads, the robot on its path."""
+"""What a planner shows of its work: progress, a line about it, and moving pictures of its plan and its robot."""
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mobile_planning.grid.observer import film_of
+from mobile_planning.grid.observer import film_of, with_progress
 from mobile_planning.grid.planner_plots import PlannerPlots
 
 if TYPE_CHECKING:
@@ -14,7 +15,26 @@ if TYPE_CHECKING:
 
 
 class PlannerFilms(PlannerPlots):
-    """Draws a planner, and shows it in motion, in a window or as a film."""
+    """Draws a planner, tells how it works, and shows it in motion, in a window or as a film."""
+
+    def _watch_plan(self, work, animate, progress, verbose, summary, movie, stop):
+        """Do the work of planning and show it in all ways that are asked for."""
+        film_of(movie)
+        with_progress(work, progress, stop, type(self).__name__)
+        if self.verbose or verbose:
+            print(f'{type(self).__name__}: {self._facts()[-1]}')
+        if summary:
+            print(self)
+        if animate or movie is not None:
+            self._animate_plan(animate, movie)
+
+    def _show_path(self, path, status, verbose, animate, movie):
+        """Show a path in all ways that are asked for."""
+        if self.verbose or verbose:
+            print(f'{type(self).__name__}: {len(path)} points from {end_text(path[0])} to {end_text(path[-1])}'
+                  f'{"" if status is None else f", cost {status.cost:g}"}')
+        if animate or movie is not None:
+            self._animate_path(path, animate, movie)
 
     def _animate_path(self, path, animate, movie):
         """Show the robot drive its path, in a window or a film."""
@@ -56,3 +76,8 @@ class PlannerFilms(PlannerPlots):
             image.set_data(np.ma.masked_where(~(field <= share * farthest), field))
 
         return show_share, int(farthest) + 1
+
+
+def end_text(end: NDArray | None) -> str:
+    """Return a start, a goal or another point of a path as text."""
+    return 'none' if end is None else '({})'.format(', '.join(f'{value:g}' for value in end))
