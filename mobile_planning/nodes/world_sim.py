@@ -23,7 +23,7 @@ from mobile_planning.fleet.scenarios import MAX_ROBOTS, load_scene
 from mobile_planning.fleet.world_sim import require_apart
 from mobile_planning.nodes import fleet_convert, qos
 from mobile_planning.nodes.diagnostics import Diagnostics, Level
-from mobile_planning.nodes.guard import Guard
+from mobile_planning.nodes.guard import Guard, tell_sentence
 from mobile_planning.nodes.parameters import Parameters, option
 from mobile_planning.outcome import write_outcome
 
@@ -68,8 +68,8 @@ class WorldSimNode(Node):
         self.create_subscription(RobotMessage, '/robot_msgs', guarded(self._on_robot_message),
                                  qos.robot_messages(4 * len(ids)))
         self.create_subscription(SolutionMessage, '/solutions', guarded(self._on_solution), qos.SOLUTION_READER)
-        self.create_service(Trigger, '~/start', self._guard.service(self._on_start, _refuse))
-        self.create_service(Trigger, '~/stop', self._guard.service(self._on_stop, _refuse))
+        self.create_service(Trigger, '~/start', self._guard.service(self._on_start, tell_sentence))
+        self.create_service(Trigger, '~/stop', self._guard.service(self._on_stop, tell_sentence))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(0.1, guarded(self._on_tick), clock=steady)
         self.create_timer(0.5, guarded(self._on_markers), clock=steady)
@@ -141,7 +141,3 @@ class WorldSimNode(Node):
         level = Level.WARN if silent or lack else Level.OK
         return level, f'mission {mission.name}: {mission.state.name.lower()}', {
             'robots': len(mission.robot_ids), 'silent': silent, 'lack': lack, 'solutions': len(mission.solutions)}
-
-
-def _refuse(response, error):
-    response.success, response.message = False, str(error)
