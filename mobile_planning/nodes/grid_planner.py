@@ -125,7 +125,8 @@ class GridPlanner(ManagedNode):
         self._require_room()
         until = time.monotonic() + self.options.default_deadline
         with self._progress.watched():
-            grid, frame, goal, planner, field = await self._worker.run(self._site.cost_to_go, until, self._worker.stop)
+            grid, frame, goal, planner, field = await self._worker.run(
+                self._site.cost_to_go, until, self._worker.stop, until=until)
         self.require_active()
         self._fields.publish(cost_to_go_message(grid, field, goal, planner, frame, self.get_clock().now().to_msg()))
         response.success, response.message = True, f'field of {planner} to ({goal[0]:g}, {goal[1]:g})'
@@ -152,7 +153,7 @@ class GridPlanner(ManagedNode):
         until, paths = time.monotonic() + (deadline or self.options.default_deadline), self._paths
         with self._progress.watched():
             plan, frame = await self._worker.run(self._site.plan, planner, request.start, request.goal, until, seed,
-                                                 request.tolerance, self._worker.stop)
+                                                 request.tolerance, self._worker.stop, until=until)
         message = paths.message(plan.poses, frame)
         self.get_logger().info(f'path of {len(plan.poses)} poses and cost {plan.cost:.3f} m '
                                f'in {plan.planning_time * 1e3:.1f} ms')

@@ -3,18 +3,23 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.task import Future
 
-from mobile_planning.errors import Cancelled
+from mobile_planning.errors import Cancelled, PlanningTimeout
 
 # How long the executor waits for a result before it turns to other things [s].
 PATIENCE = 0.005
+# How long after its deadline work is still waited for: it ends by itself and knows better what happened [s].
+GRACE = 0.02
 
 
 class Worker:
@@ -59,19 +64,35 @@ class Worker:
         self._jobs.put((function, args, future))
         return future
 
-    async def run(self, function: Callable[..., Any], *args) -> Any:
+    async def run(self, function: Callable[..., Any], *args, until: float | None = None) -> Any:
         """Return what the function returns, or raise what it raises, without holding up the executor for long.
 
         Parameters
         ----------
         function : callable
         *args
+        until : float, optional [s]
+            On the monotonic clock. Nobody waits longer, and a function whose turn has not come by then never runs.
+
+        Raises
+        ------
+        PlanningTimeout
+            If it had not returned by then.
         """
         future, done = self.submit(function, *args), threading.Event()
         future.add_done_callback(lambda _: done.set())
         # Most results are there at once, and to go round the executor for them takes longer than they do.
         done.wait(PATIENCE)
-        return await future
+        if until is None or done.is_set():
+            return await future
+        late = PlanningTimeout('the deadline passed while other work was done')
+        alarm = self._node.create_timer(max(0.0, until + GRACE - time.monotonic()),
+                                        lambda: self._answer(future.set_exception, future, late),
+                                        clock=Clock(clock_type=ClockType.STEADY_TIME))
+        try:
+            return await future
+        finally:
+            self._node.destroy_timer(alarm)
 
     def close(self, timeout: float = 1.0) -> None:
         """Stop the work under way and the thread.
@@ -88,13 +109,21 @@ class Worker:
     def _work(self):
         """Run the functions until `close`."""
         for function, args, future in iter(self._jobs.get, None):
+            if future.done():
+                continue
             try:
                 if self.stop[0]:
                     raise Cancelled('the node is shutting down')
-                future.set_result(function(*args))
+                self._answer(future.set_result, future, function(*args))
             except Exception as error:
-                future.set_exception(error)
+                self._answer(future.set_exception, future, error)
             self._wake()
+
+    @staticmethod
+    def _answer(tell, future, answer):
+        """Tell who waits, if somebody still does."""
+        if not future.done():
+            tell(answer)
 
     def _wake(self):
         """Wake the executor: it only looks at a waiting coroutine when something happens."""

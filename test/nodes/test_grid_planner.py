@@ -470,10 +470,19 @@ def test_waiting_counts_towards_the_deadline(ros, planner, gate):
     first = ros.send(PlanPath, '/grid_planner/plan_path', request())
     ros.until(lambda: gate.entered.acquire(blocking=False))
     second = ros.send(PlanPath, '/grid_planner/plan_path', request(deadline=Duration(nanosec=1)))
-    ros.until(lambda: planner._worker.waiting)
+    ros.until(second.done)
+    assert second.result().error_code == PlanPath.Response.TIMEOUT and not first.done()
     gate.open()
-    ros.until(lambda: first.done() and second.done())
-    assert first.result().error_code == 0 and second.result().error_code == PlanPath.Response.TIMEOUT
+    ros.until(first.done)
+    assert first.result().error_code == 0 and len(gate.stops) == 1
+
+
+def test_nobody_waits_beyond_the_deadline_for_planning_that_does_not_heed_it(ros, planner, gate):
+    pending = ros.send(PlanPath, '/grid_planner/plan_path', request(deadline=Duration(nanosec=10 ** 7)))
+    ros.until(pending.done)
+    assert pending.result().error_code == PlanPath.Response.TIMEOUT and not gate._open.is_set()
+    gate.open()
+    assert ask(ros).error_code == 0 and planner.guard.faults == 0
 
 
 def test_too_many_waiting_requests_are_refused_and_the_others_answered(ros, planner, gate):
