@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from mobile_planning import errors
 from mobile_planning.path_server import FIELD_PLANNERS, PathServer
 from mobile_planning.world.cost_to_go import cost_to_go
+from mobile_planning.world.map_io import load_map
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 # Two rooms of 3 x 2 m with a door at the top; the wall is at x = 3 m.
@@ -604,6 +605,23 @@ def test_forbidden_cells_are_gone_around_and_a_robot_in_one_leaves():
         server.plan_path('', (0.55, 0.55, 0), (2.75, 0.55, 0))
     server.set_map(open_floor)
     assert server.plan_path('', (0.55, 0.55, 0), (5.45, 0.55, 0)).cost == pytest.approx(4.9)
+
+
+@pytest.mark.parametrize('planner', PLANNERS)
+def test_the_depots_keepout_mask_is_gone_around(data_folder, planner):
+    folder = data_folder / 'maps' / 'nav2'
+    if not (folder / 'depot_keepout.yaml').is_file():
+        pytest.skip(f'{folder} has no depot_keepout')
+    depot, mask = load_map(folder / 'depot.yaml'), load_map(folder / 'depot_keepout.yaml')
+    entered, costs = [], []
+    for masks in ({}, {'keepout': mask}):
+        server = PathServer(inflation_radius=0.25, turning_radius=0.2)
+        server.set_map(depot, **masks)
+        path = server.plan_path(planner, (26.62, 10.23, 3.14), (4.58, 0.58, -1.57))
+        x, y = depot.world_to_cell(path.poses[:, :2]).T
+        entered.append((mask.data[y, x] == 100).sum())
+        costs.append(path.cost)
+    assert entered[0] > 0 == entered[1] and (costs[0] < costs[1] or planner == 'bug2')
 
 
 def test_slow_zones_cost_dstar_and_astar_as_much_more_as_they_take_longer():

@@ -94,6 +94,18 @@ def test_5000_random_changes_each_leave_the_cost_of_a_fresh_dijkstra(kind, corne
         check(planner, costs, random_cell(random, costs.shape), corner_cutting)
 
 
+@pytest.mark.parametrize('kind, corner_cutting', [('uniform', True), ('whole', False)])
+def test_10000_changes_of_one_cell_each_leave_the_cost_of_a_fresh_dijkstra(kind, corner_cutting):
+    random = np.random.default_rng(9)
+    costs, goal, start = random_costs(random, (9, 14), kind), (3, 7), (12, 1)
+    planner = planned(costs, goal, corner_cutting=corner_cutting)
+    for _ in range(10_000):
+        (x, y), cost = random_cell(random, costs.shape), float(random_costs(random, (), kind))
+        planner.update([(x, y, cost)])
+        costs[y, x] = cost
+        check(planner, costs, start, corner_cutting)
+
+
 @given(st.integers(0, 2 ** 30), st.booleans())
 def test_a_robot_that_senses_its_surroundings_never_takes_a_step_that_is_not_on_a_best_path(seed, corner_cutting):
     random = np.random.default_rng(seed)

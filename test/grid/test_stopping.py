@@ -42,10 +42,10 @@ def interpreted(monkeypatch):
 
 def mapped(kind, height):
     costs = np.ones((height, WIDTH))
-    if kind == 'weighted':
+    if kind != 'uniform':
         costs[:, ::2] = 3.0
     costs[2:, 2] = np.inf
-    return costs
+    return costs.astype(np.float32 if kind == 'single' else float)
 
 
 def life(flag, costs):
@@ -58,7 +58,7 @@ def life(flag, costs):
     planner.cost_to_go(flag)
 
 
-@pytest.mark.parametrize('kind', ['uniform', 'weighted'])
+@pytest.mark.parametrize('kind', ['uniform', 'weighted', 'single'])
 def test_a_flag_set_at_any_look_ends_the_work_at_the_next_ones(kind):
     flag = Flag()
     life(flag, mapped(kind, 8))
@@ -69,7 +69,7 @@ def test_a_flag_set_at_any_look_ends_the_work_at_the_next_ones(kind):
         assert stopped.looks <= at + 4
 
 
-@pytest.mark.parametrize('kind', ['uniform', 'weighted'])
+@pytest.mark.parametrize('kind', ['uniform', 'weighted', 'single'])
 def test_the_work_between_two_looks_does_not_grow_with_the_map(kind):
     most = []
     for height in (60, 180):
