@@ -3,16 +3,17 @@ from __future__ import annotations
 
 import time
 
-from mobile_planning_msgs.msg import CostToGo, CostUpdates
+from mobile_planning_msgs.msg import CostUpdates
 from mobile_planning_msgs.srv import PlanPath, UpdateCosts
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import GetPlan
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import Trigger
 
-from mobile_planning.errors import InvalidInput, LimitExceeded
+from mobile_planning.errors import InvalidInput
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import cost_to_go_message, duration_message, key_values, occupancy_grid, seconds
+from mobile_planning.nodes.convert import duration_message, key_values, occupancy_grid, seconds
+from mobile_planning.nodes.field_publisher import FieldPublisher
 from mobile_planning.nodes.grid_planner_options import GridPlannerOptions
 from mobile_planning.nodes.guard import tell_code, tell_nothing, tell_sentence
 from mobile_planning.nodes.managed import ManagedNode
@@ -22,8 +23,6 @@ from mobile_planning.nodes.planning_site import PlanningSite
 from mobile_planning.nodes.progress import ProgressPublisher
 from mobile_planning.nodes.worker import Worker
 from mobile_planning.warm_up import warm_up
-
-MAX_WAITING = 64
 
 
 class GridPlanner(ManagedNode):
@@ -52,7 +51,7 @@ class GridPlanner(ManagedNode):
         self._worker.submit(warm_up)
         self._paths = PathPublisher(self, self.guard)
         self._progress = ProgressPublisher(self, self.guard, lambda: self._site.under_way)
-        self._fields = self.create_lifecycle_publisher(CostToGo, '~/cost_to_go', qos.PATH)
+        self._fields = FieldPublisher(self)
         self._hear(OccupancyGridMessage, self.options.map_topic, self._on_map, qos.MAP)
         self._hear(CostUpdates, '~/cost_updates', self._on_cost_updates, qos.REQUESTS)
         for name, topic in self.options.mask_topics.items():
@@ -62,11 +61,9 @@ class GridPlanner(ManagedNode):
         """Forget the map and the path."""
         while self._heard:
             self.destroy_subscription(self._heard.pop())
-        for publisher in (self._paths, self._progress):
+        for publisher in (self._paths, self._progress, self._fields):
             if publisher:
                 publisher.destroy()
-        if self._fields:
-            self.destroy_lifecycle_publisher(self._fields)
         self._paths = self._progress = self._fields = None
         self._site.wanted = self._nothing_heard()
 
@@ -128,7 +125,7 @@ class GridPlanner(ManagedNode):
             grid, frame, goal, planner, field = await self._worker.run(
                 self._site.cost_to_go, until, self._worker.stop, until=until)
         self.require_active()
-        self._fields.publish(cost_to_go_message(grid, field, goal, planner, frame, self.get_clock().now().to_msg()))
+        self._fields.publish(grid, frame, goal, planner, field)
         response.success, response.message = True, f'field of {planner} to ({goal[0]:g}, {goal[1]:g})'
         return response
 
@@ -162,5 +159,4 @@ class GridPlanner(ManagedNode):
     def _require_room(self):
         """Refuse a request while the node is not active or too many wait."""
         self.require_active()
-        if self._worker.waiting >= MAX_WAITING:
-            raise LimitExceeded(f'{self._worker.waiting} requests are waiting: the limit is {MAX_WAITING}')
+        self._worker.require_room()

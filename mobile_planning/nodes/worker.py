@@ -14,10 +14,11 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.task import Future
 
-from mobile_planning.errors import Cancelled, PlanningTimeout
+from mobile_planning.errors import Cancelled, LimitExceeded, PlanningTimeout
 
 # How long the executor waits for a result before it turns to other things [s].
 PATIENCE = 0.005
+MAX_WAITING = 64
 # How long after its deadline work is still waited for: it ends by itself and knows better what happened [s].
 GRACE = 0.02
 
@@ -51,6 +52,11 @@ class Worker:
     def waiting(self) -> int:
         """Number of functions that wait for their turn."""
         return self._jobs.qsize()
+
+    def require_room(self) -> None:
+        """Raise LimitExceeded if too many wait."""
+        if self.waiting >= MAX_WAITING:
+            raise LimitExceeded(f'{self.waiting} requests are waiting: the limit is {MAX_WAITING}')
 
     def submit(self, function: Callable[..., Any], *args) -> Future:
         """Let the function run when its turn comes, and return the future of its result.
