@@ -194,6 +194,22 @@ def spread(states, around, width, goal, moves, stop, done):
     return True
 
 
+@njit(types.void(i8[::1], CELLS_IN_A_ROW), nogil=True, cache=True)
+def write_states(states, occupied):
+    """Write the state in which each cell of a row starts."""
+    for i in range(states.size):
+        states[i] = BLOCKED if occupied[i] else UNREACHED
+
+
+@njit(types.void(f8[::1], i8[::1]), nogil=True, cache=True)
+def write_lengths(lengths, states):
+    """Write the path length that each state of a row stands for: NaN where it is blocked, inf where unreached."""
+    for i in range(lengths.size):
+        state = states[i]
+        lost = np.inf if state == UNREACHED else np.nan
+        lengths[i] = length_of(state) if state >= 0 else lost
+
+
 @njit(b1(f8[:, ::1], CELLS, i8, i8, CELLS, u1[::1], i8[::1]), nogil=True, cache=True)
 def fill_cost_to_go(field, occupied, goal_x, goal_y, moves, stop, done):
     """Fill ``field`` with the path length to the goal; return False when ``stop[0]`` was set before it was done.
@@ -206,18 +222,15 @@ def fill_cost_to_go(field, occupied, goal_x, goal_y, moves, stop, done):
     for y in range(height):
         if stop[0]:  # memory that is touched for the first time can be slow
             return False
-        for x in range(width):
-            states[y * width + x] = BLOCKED if occupied[y, x] else UNREACHED
+        write_states(states[y * width:(y + 1) * width], occupied[y])
     around = occupied_neighbours(occupied, stop).reshape(field.size)
     if not spread(states, around, width, goal_y * width + goal_x, moves, stop, done):
         return False
     for y in range(height):
         if stop[0]:
             return False
-        for x in range(width):
-            state = states[y * width + x]
-            lost = np.inf if state == UNREACHED else np.nan
-            field[y, x] = length_of(state) if state >= 0 else lost
+        # From a copy: between arrays that share memory the compiler would go number by number.
+        write_lengths(field[y], states[y * width:(y + 1) * width].copy())
     return True
 
 
