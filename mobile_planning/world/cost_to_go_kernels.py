@@ -15,7 +15,7 @@ None holds the GIL. Indices are cast to unsigned integers because numba would ot
 negative.
 """
 import numpy as np
-from numba import b1, f8, i8, njit, types, u1, u4, u8
+from numba import b1, f8, i8, njit, types, u1, u4
 
 # Arrays that are only read may be read-only.
 CELLS = types.Array(u1, 2, 'C', readonly=True)
@@ -28,11 +28,14 @@ SQRT2 = np.sqrt(2.0)
 # The eight moves, straight ones first; bit i of every mask stands for move i.
 MOVE_X = np.array([1, 0, -1, 0, 1, -1, -1, 1])
 MOVE_Y = np.array([0, 1, 0, -1, 1, 1, -1, -1])
+NUMBER_OF_BITS = np.array([mask.bit_count() for mask in range(256)], dtype=np.uint8)
 LOWEST_BIT = np.array([0] + [(mask & -mask).bit_length() - 1 for mask in range(1, 256)], dtype=np.uint8)
 
 STRAIGHT = 1 << 36
 DIAGONAL = 1 << 8
 COUNT = (1 << 28) - 1
+# What each move adds to a state without directions.
+ADDED_BY = np.array([(STRAIGHT if move < 4 else DIAGONAL) | 1 << move for move in range(8)])
 ALL_DIRECTIONS = 255
 # Both decode to a length beyond any path's.
 UNREACHED = -1
@@ -127,20 +130,6 @@ def length_of(state):
     return (state >> 36) + (state >> 8 & COUNT) * SQRT2
 
 
-@njit(i8(i8[::1], u8, i8, f8, i8, u4[::1], i8), nogil=True, cache=True)
-def offer(states, cell, state, length, end, queue, count):
-    """Offer a cell a path, push it if this moves it into the bucket that ends at ``end``, return the queue's count.
-
-    There is no branch: on a cluttered map the processor would guess wrong half of the time.
-    """
-    old = states[cell]
-    old_length = length_of(old)
-    direction = state & ALL_DIRECTIONS if length <= old_length else 0
-    states[cell] = (state if length < old_length else old) | direction
-    queue[np.uint64(count)] = cell
-    return count + (1 if length < old_length and old_length >= end else 0)
-
-
 @njit(u4[::1](u4[::1], i8, i8), nogil=True, cache=True)
 def with_room(queue, count, more):
     """Return the queue, grown if fewer than ``more`` places are free behind its ``count`` entries."""
@@ -151,11 +140,60 @@ def with_room(queue, count, more):
     return grown
 
 
+@njit(i8(i8[::1], CELLS_IN_A_ROW, CELLS, i8, u4[::1], i8, u1[::1]), nogil=True, cache=True)
+def choose_moves(states, around, moves, bucket, cells, count, outs):
+    """Write to ``outs`` the mask of moves that each cell of a bucket passes on, return the number of moves in all.
+
+    The cells that pass on none are dropped from ``cells``; so are those that were improved since they were pushed,
+    and done in an earlier bucket.
+    """
+    kept = total = 0
+    for i in range(count):
+        cell = cells[i]
+        state = states[np.uint64(cell)]
+        out = np.int64(moves[np.uint64(state & ALL_DIRECTIONS), np.uint64(around[np.uint64(cell)])])
+        out = out if length_of(state) >= bucket else 0
+        cells[np.uint64(kept)], outs[np.uint64(kept)] = cell, out
+        kept += 1 if out else 0
+        total += NUMBER_OF_BITS[np.uint64(out)]
+    return total
+
+
+@njit(types.UniTuple(i8, 2)(i8[::1], i8[::1], i8, u4[::1], u1[::1], i8, u4[::1], i8, u4[::1], i8),
+      nogil=True, cache=True)
+def offer_paths(states, step, bucket, cells, outs, total, near, near_count, far, far_count):
+    """Offer each neighbour that ``outs`` names the path by way of its cell, return the counts of the two queues.
+
+    A neighbour is pushed if the offer moves it into another bucket. All ``total`` moves are one loop, and what becomes
+    of an offer is arithmetic: on a cluttered map the processor would guess the number of a cell's moves and the queue
+    wrong half of the time.
+    """
+    at, left = 0, np.int64(outs[0])
+    for _ in range(total):
+        cell, move = np.uint64(cells[np.uint64(at)]), np.uint64(LOWEST_BIT[np.uint64(left)])
+        left &= left - 1
+        at += 1 if left == 0 else 0
+        # A guess that can fail, but to wait for this load in each round costs more.
+        left = left if left else np.int64(outs[np.uint64(at)])
+        neighbour = np.uint64(np.int64(cell) + step[move])
+        state, old = (states[cell] & ~ALL_DIRECTIONS) + ADDED_BY[move], states[neighbour]
+        length, old_length = length_of(state), length_of(old)
+        direction = state & ALL_DIRECTIONS if length <= old_length else 0
+        states[neighbour] = (state if length < old_length else old) | direction
+        is_near = length < bucket + 2
+        # Written in any case, counted if pushed.
+        near[np.uint64(near_count)] = far[np.uint64(far_count)] = neighbour
+        near_count += is_near & (old_length >= bucket + 2)
+        far_count += (not is_near) & (old_length >= bucket + 3)
+    return near_count, far_count
+
+
 @njit(b1(i8[::1], CELLS_IN_A_ROW, i8, i8, CELLS, u1[::1], i8[::1]), nogil=True, cache=True)
 def spread(states, around, width, goal, moves, stop, done):
     """Search from the goal until every reachable cell has its shortest path; return False when stopped before that."""
     step = MOVE_X + width * MOVE_Y
     now, near, far = np.empty(1024, np.uint32), np.empty(1024, np.uint32), np.empty(1024, np.uint32)
+    outs = np.empty(1024, np.uint8)
     now[0], now_count, near_count, far_count = goal, 1, 0, 0
     states[goal] = ALL_DIRECTIONS
     bucket = 0
@@ -163,31 +201,16 @@ def spread(states, around, width, goal, moves, stop, done):
         if stop[0]:
             return False
         done[0] += now_count
-        near, far = with_room(near, near_count, 8 * now_count + 1), with_room(far, far_count, 4 * now_count + 1)
-        for i in range(now_count):
-            cell = np.uint64(now[i])
-            state = states[cell]
-            if length_of(state) < bucket:
-                continue  # improved since it was pushed, and done in an earlier bucket
-            out = moves[np.uint64(state & ALL_DIRECTIONS), np.uint64(around[cell])]
-            counts = state & ~ALL_DIRECTIONS
-            length = length_of(counts + STRAIGHT)
-            mask = np.int64(out & 15)
-            while mask:
-                move = np.int64(LOWEST_BIT[mask])
-                mask &= mask - 1
-                near_count = offer(states, np.uint64(np.int64(cell) + step[move]), counts + STRAIGHT | 1 << move,
-                                   length, bucket + 2, near, near_count)
-            length = length_of(counts + DIAGONAL)
-            mask = np.int64(out >> 4)
-            while mask:
-                move = np.int64(LOWEST_BIT[mask]) + 4
-                mask &= mask - 1
-                neighbour, state = np.uint64(np.int64(cell) + step[move]), counts + DIAGONAL | 1 << move
-                if length < bucket + 2:
-                    near_count = offer(states, neighbour, state, length, bucket + 2, near, near_count)
-                else:
-                    far_count = offer(states, neighbour, state, length, bucket + 3, far, far_count)
+        if now_count >= outs.size:
+            outs = np.empty(2 * now_count, np.uint8)
+        total = choose_moves(states, around, moves, bucket, now, now_count, outs)
+        # One place more than the offers need: those that push nothing are written behind the last entry. Asked here
+        # because two calls cost as much as three cells, and a bucket in a corridor holds few.
+        if near_count + total >= near.size:
+            near = with_room(near, near_count, total + 1)
+        if far_count + total >= far.size:
+            far = with_room(far, far_count, total + 1)
+        near_count, far_count = offer_paths(states, step, bucket, now, outs, total, near, near_count, far, far_count)
         now, near, far = near, far, now
         now_count, near_count, far_count = near_count, far_count, 0
         bucket += 1

@@ -85,6 +85,12 @@ def test_equal_steps_in_another_order_give_the_same_number():
     assert np.array_equal(field, abs(x - y) + diagonal * np.sqrt(2))
 
 
+def test_a_front_of_thousands_of_cells_is_exact():
+    field = cost_to_go(np.zeros((1401, 1601), bool), (800, 700))
+    y, x = np.abs(np.indices(field.shape) - np.array([700, 800])[:, None, None])
+    assert np.array_equal(field, abs(x - y) + np.minimum(x, y) * np.sqrt(2))
+
+
 @given(grids_with_goal(), rules)
 def test_the_descent_takes_legal_steps_and_is_as_long_as_the_field_says(grid, rule):
     occupied, goal = grid
