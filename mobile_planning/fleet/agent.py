@@ -1,18 +1,24 @@
 """Agent: a robot that exists once its map is known, and its part in a mission."""
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
-from mobile_planning.fleet.message import RobotMsg
+from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.message import Contracts, RobotMsg
 from mobile_planning.fleet.robot import Robot
-from mobile_planning.fleet.scenarios import Scene
+from mobile_planning.fleet.scene import Scene
 from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+#: Between two looks for a robot [s], as long as there is none.
+_UNKNOWN = 0.1
 
 
 class Agent:
     """One robot of a scene, made when the map comes, that takes part in the first mission that starts.
 
-    A mission that has started binds the robot: its peers know where it is and count on its promises. So maps and
+    A mission that has started binds the robot: its peers know where it is and go by its contracts. So maps and
     missions that come later are refused.
 
     Parameters
@@ -97,7 +103,7 @@ class Agent:
             self.robot.stop()
             self._is_stopped = True
 
-    def receive(self, message: RobotMsg, now: float) -> None:
+    def receive(self, message: RobotMsg | Contracts | JointPlan, now: float) -> None:
         """Take in what a robot says.
 
         Raises
@@ -111,9 +117,28 @@ class Agent:
         elif self.robot is not None:
             self.robot.receive(message, now)
 
-    def step(self, now: float) -> list[RobotMsg]:
-        """Return what to tell the others at ``now`` [s], having planned where that is due."""
-        return [] if self.robot is None else self.robot.step(now)
+    @property
+    def has_answers(self) -> bool:
+        """Whether `answers` has something to send."""
+        return self.robot is not None and self.robot.has_answers
+
+    def answers(self, now: float) -> list[Contracts]:
+        """Return what to tell the others at ``now`` [s] before the next step."""
+        return [] if self.robot is None else self.robot.answers(now)
+
+    def until_cycle(self, now: float) -> float:
+        """Return how long [s] after `step` at ``now`` [s] the next one is best."""
+        return _UNKNOWN if self.robot is None else self.robot.until_cycle(now)
+
+    def step(self, clock: Callable[[], float]) -> list[RobotMsg | Contracts | JointPlan]:
+        """Return what to tell the others, having planned where that is due.
+
+        Parameters
+        ----------
+        clock : callable
+            Returns the common time [s]; read again after planning, for a section may come too late.
+        """
+        return [] if self.robot is None else self.robot.commit(self.robot.plan_section(clock()), clock())
 
     @property
     def _has_started(self):

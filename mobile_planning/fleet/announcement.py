@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.fleet.scenarios import MAX_ROBOTS
+from mobile_planning.fleet.scene import MAX_ROBOTS
 
 
 class State(IntEnum):

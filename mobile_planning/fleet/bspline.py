@@ -8,6 +8,7 @@ ever. All functions take any leading axes, so one call judges many candidates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import comb
 from operator import index
 
@@ -51,9 +52,6 @@ def _bernstein(u, degree):
 
 #: Slower than this [m/s] is at rest.
 _REST = 1e-6
-#: Five samples of a polynomial of degree 4 on [0, 1] times this are its Bernstein coefficients.
-_SAMPLES = np.linspace(0, 1, 5)
-_TO_BERNSTEIN = np.linalg.inv(_bernstein(_SAMPLES, 4))
 
 
 def speed_bound(points: NDArray, step: float) -> NDArray[np.float64]:
@@ -66,41 +64,18 @@ def acceleration_bound(points: NDArray, step: float) -> NDArray[np.float64]:
     return np.linalg.norm(np.diff(points, n=2, axis=-2), axis=-1).max(axis=-1) / step**2
 
 
-def keeps_turn_rate(points: NDArray, step: float, omega_max: float, pieces: int = 4) -> NDArray[np.bool_]:
-    """Return whether the turn rate stays within ``omega_max`` [rad/s] at every instant.
+def keeps_turn_rate(points: NDArray, step: float, omega_max: float, pieces: int = 4) -> bool:
+    """Return whether the turn rate of control points (n, 2) stays within ``omega_max`` [rad/s] at every instant.
 
     Sufficient, not necessary: the Bernstein coefficients of
     ``omega_max |z'|^2 -/+ z' x z''`` on each of ``pieces`` parts of a span are
     not negative, and the motion never stops on its way or turns back, where the
     heading would jump. A span from or to rest is straight and passes.
     """
-    steps = np.diff(points, axis=-2) / step
-    before, middle, after = steps[..., :-2, :], steps[..., 1:-1, :], steps[..., 2:, :]
-    d = np.stack([(before + middle) / 2, middle, (middle + after) / 2], axis=-2)
-    dd = np.stack([middle - before, after - middle], axis=-2) / step
-    u = (np.arange(pieces)[:, None] + _SAMPLES) / pieces
-    velocity = np.einsum('puj,...sjd->...spud', _bernstein(u, 2), d)
-    acceleration = np.einsum('puj,...sjd->...spud', _bernstein(u, 1), dd)
-    cross = velocity[..., 0] * acceleration[..., 1] - velocity[..., 1] * acceleration[..., 0]
-    room = omega_max * (velocity**2).sum(axis=-1)
-    lowest = np.minimum((room - cross) @ _TO_BERNSTEIN.T, (room + cross) @ _TO_BERNSTEIN.T)
-    # Rounding of the terms, of which the largest sets the scale.
-    slack = 1e-13 * (np.abs(room) + np.abs(cross)).max(axis=(-1, -2, -3), initial=0.0)
-    return (lowest.min(axis=(-1, -2, -3)) >= -slack) & _goes_on(steps)
+    from mobile_planning.fleet import bspline_kernels as kernels
 
-
-def _goes_on(steps):
-    """Return whether each motion is one move, and no step of it points back from the last one [m/s]."""
-    moves = np.linalg.norm(steps, axis=-1) > _REST
-    back = (steps[..., 1:, :] * steps[..., :-1, :]).sum(axis=-1) <= 0
-    # One step without length between two others slows the robot down and does not stop it.
-    back_over = (steps[..., 2:, :] * steps[..., :-2, :]).sum(axis=-1) <= 0
-    over = moves[..., 2:] & moves[..., :-2]
-    turns_back = (moves[..., 1:] & moves[..., :-1] & back).any(axis=-1) | (over & back_over).any(axis=-1)
-    on_the_way = moves.copy()
-    on_the_way[..., 1:-1] |= over
-    departs = on_the_way[..., 1:] & ~on_the_way[..., :-1]
-    return ~turns_back & (on_the_way[..., 0] + departs.sum(axis=-1) <= 1)
+    points = np.ascontiguousarray(points, dtype=float)
+    return kernels.goes_on(points, _REST * step) and kernels.keeps_turn_rate(points, step, omega_max, pieces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +94,8 @@ class Plan:
         to the direction in which it departs.
     final_heading : float [rad]
         Turned to in place during the spans at rest at the end; NaN for none.
+    reverse : bool
+        A move departs forwards or backwards, whichever takes the smaller turn; without it always forwards.
 
     Raises
     ------
@@ -131,6 +108,7 @@ class Plan:
     points: NDArray[np.float64]
     heading: float = 0.0
     final_heading: float = np.nan
+    reverse: bool = False
 
     def __post_init__(self):
         try:
@@ -175,7 +153,7 @@ class Plan:
         return self.points[np.minimum(wanted, len(self.points) - 1)]
 
     def states(self, times: NDArray) -> NDArray[np.float64]:
-        """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]."""
+        """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]; v < 0 backwards."""
         u = np.clip(np.asarray(times, float) / self.step - self.first_knot, 0.0, len(self.points) - 3)
         span = np.minimum(u.astype(int), len(self.points) - 4)
         u = (u - span)[:, None]
@@ -189,7 +167,9 @@ class Plan:
         # At the two ends of a move the velocity is zero and its direction that of the span's chord.
         chord = b[:, 3] - b[:, 0]
         towards = np.where(speed2[:, None] > 1e-16, velocity, chord)
+        backward = self._moves_backward()[span]
         theta = np.arctan2(towards[:, 1], towards[:, 0])
+        theta = np.where(backward, wrap_angle(theta + np.pi), theta)
         cross = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
         omega = np.divide(cross, speed2, out=np.zeros_like(cross), where=speed2 > 1e-16)
         for first, last, start, turn in self._turns():
@@ -199,7 +179,7 @@ class Plan:
             omega[inside] = turn / ((last - first) * self.step)
         after = np.asarray(times) >= self.end_knot * self.step
         omega[after] = 0.0
-        return np.column_stack([position, theta, np.sqrt(speed2), omega])
+        return np.column_stack([position, theta, np.where(backward, -1.0, 1.0) * np.sqrt(speed2), omega])
 
     def state(self, time: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at one ``time`` [s]."""
@@ -211,17 +191,44 @@ class Plan:
 
     def _turns(self):
         """Return the runs of spans at rest: (first, last + 1, heading at the first [rad], turn [rad])."""
+        return [(first, last, arrival, turn) for first, last, arrival, turn, _ in self._rests]
+
+    def _moves_backward(self):
+        """Return for each span (S,) whether it is driven backwards."""
+        backward = np.full(len(self.points) - 3, self._starts_backward)
+        for _, last, _, _, departs_backward in self._rests:
+            backward[last:] = departs_backward
+        return backward
+
+    @cached_property
+    def _starts_backward(self):
+        """Whether a plan that starts on the move, or sets out at once, drives backwards."""
+        before, after = self.points[2:4] - self.points[0]
+        ahead = before if before.any() else after
+        return bool(self.reverse and ahead.any() and _is_behind(_direction(ahead), self.heading))
+
+    @cached_property
+    def _rests(self):
+        """The runs of spans at rest: (first, last + 1, heading at the first, turn [rad], departs backwards)."""
         resting = ~np.ptp(np.lib.stride_tricks.sliding_window_view(self.points, 4, axis=0), axis=2).any(axis=1)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], resting, [False]])))
-        turns = []
+        rests, backward = [], self._starts_backward
         for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()):
-            arrival = self.heading if first == 0 else _direction(self.points[first + 2] - self.points[first - 1])
+            arrival = self.heading
+            if first:
+                arrival = _direction(self.points[first + 2] - self.points[first - 1]) + np.pi * backward
+            wanted = arrival if np.isnan(self.final_heading) else self.final_heading
             if last < len(resting):
                 wanted = _direction(self.points[last + 3] - self.points[last])
-            else:
-                wanted = arrival if np.isnan(self.final_heading) else self.final_heading
-            turns.append((first, last, arrival, float(wrap_angle(wanted - arrival))))
-        return turns
+                backward = self.reverse and _is_behind(wanted, arrival)
+                wanted += np.pi * backward
+            rests.append((first, last, arrival, float(wrap_angle(wanted - arrival)), backward))
+        return rests
+
+
+def _is_behind(direction, heading):
+    """Whether a robot with ``heading`` turns less if it sets out in ``direction`` backwards; equals go forwards."""
+    return bool(abs(wrap_angle(direction - heading)) > np.pi / 2 + 1e-9)
 
 
 def _direction(vector):
@@ -256,4 +263,4 @@ def splice(plans: list[Plan], first_knot: int) -> Plan:
         plan, knot = successor, successor.first_knot
     parts.append(plan.control(knot, max(plan.end_knot - knot, 1) + 3))
     heading = started[-1].state(first_knot * plan.step)[2]
-    return Plan(first_knot, plan.step, np.concatenate(parts), float(heading), plan.final_heading)
+    return Plan(first_knot, plan.step, np.concatenate(parts), float(heading), plan.final_heading, plan.reverse)

@@ -22,7 +22,8 @@ class UnicycleKineModel:
         Greatest absolute inputs.
     a_max : (2,) array_like [m/s^2, rad/s^2]
         Greatest absolute derivatives of the inputs; the first bounds the
-        acceleration of the flat output as a vector.
+        acceleration of the flat output as a vector. The second is not
+        certified: a turn in place starts and stops at once.
 
     Raises
     ------

@@ -1,14 +1,17 @@
-"""RobotMsg: what one robot tells all others, once a cycle."""
+"""What robots tell each other: once a cycle where they drive, in between what they agree on."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.contracts import Contract
+from mobile_planning.fleet.fields import finite, whole
+from mobile_planning.fleet.joint_message import JointStatus
 
 MAX_LINKS = 256
 
@@ -22,13 +25,53 @@ class Mode(IntEnum):
     STOPPED = 3
 
 
+class LinkMode(IntEnum):
+    """What a robot goes by towards another.
+
+    NONE: nothing is agreed, so it stays where it is. STATIC: the other is at rest and will stay so; it is passed like
+    an obstacle. CON: contracts hold. FAR: nothing is agreed, and the other is out of sight.
+    """
+
+    NONE = 0
+    STATIC = 1
+    CON = 2
+    FAR = 3
+
+
 @dataclass(frozen=True)
 class Link:
-    """What a robot has heard from one peer, and what it promised to stay clear of."""
+    """What one robot says to another: its acknowledgement if its id is the higher, its grant if it is the lower.
 
-    epoch: int
-    heard: int
-    promised: int
+    Attributes
+    ----------
+    epoch : int
+        Boot epoch of the addressee as heard; 0 if not heard.
+    mode : LinkMode
+    contract : int
+        Id of the contract in force; 0 for none.
+    promised : int
+        No contract up to this id will be taken any more, but for the one in force.
+    granted : int
+        Sequence of the newest message of the addressee that it may depart from rest on; -1 for none.
+
+    Raises
+    ------
+    InvalidInput
+        A number is out of its range.
+    """
+
+    epoch: int = 0
+    mode: LinkMode = LinkMode.NONE
+    contract: int = 0
+    promised: int = 0
+    granted: int = -1
+
+    def __post_init__(self):
+        if self.mode not in list(LinkMode):
+            raise InvalidInput(f'a link has no mode {self.mode}, only 0 to {max(LinkMode)}')
+        object.__setattr__(self, 'mode', LinkMode(self.mode))
+        for name, least in (('epoch', 0), ('contract', 0), ('promised', 0), ('granted', -1)):
+            object.__setattr__(self, name, whole(name, getattr(self, name), least))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +93,10 @@ class RobotMsg:
         In force from its first knot on; None in a message of the seed's four fields alone.
     plan_seq : int
         Number of ``plan``.
-    proposal : Plan or None
-        Takes force at its first knot if everybody promises to stay clear of it in time.
-    proposal_seq : int
-        Number of ``proposal``; 0 for none.
     radius, v_max, omega_max, a_max : float [m, m/s, rad/s, m/s^2]
     goal : (2,) ndarray [m]
     links : dict of int to Link
+    joint : JointStatus
 
     Raises
     ------
@@ -74,18 +114,17 @@ class RobotMsg:
     mode: Mode = Mode.WAITING
     plan: Plan | None = None
     plan_seq: int = 0
-    proposal: Plan | None = None
-    proposal_seq: int = 0
     radius: float = 0.2
     v_max: float = 1.0
     omega_max: float = 5.0
     a_max: float = 2.0
     goal: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     links: dict[int, Link] = field(default_factory=dict)
+    joint: JointStatus = field(default_factory=JointStatus)
 
     def __post_init__(self):
         for name, size in (('ip_z1', None), ('ip_z2', None), ('lz', 2), ('goal', 2)):
-            object.__setattr__(self, name, _finite(name, getattr(self, name), size))
+            object.__setattr__(self, name, finite(name, getattr(self, name), size))
         if len(self.ip_z1) != len(self.ip_z2):
             raise InvalidInput(f'intended_path_z1 has {len(self.ip_z1)} numbers, intended_path_z2 {len(self.ip_z2)}')
         for name, limit in (('radius', 100.0), ('v_max', 100.0), ('omega_max', 1e3), ('a_max', 1e3)):
@@ -94,10 +133,8 @@ class RobotMsg:
                 raise InvalidInput(f'{name} is {value}, not in 0..{limit}')
         if len(self.links) > MAX_LINKS:
             raise InvalidInput(f'a message has {len(self.links)} links, more than {MAX_LINKS}')
-        if self.proposal_seq < 0 or (self.proposal is None) != (self.proposal_seq == 0):
-            raise InvalidInput(f'proposal_seq is {self.proposal_seq}, which does not fit the proposal')
-        if self.proposal is not None and self.plan is not None and self.proposal.step != self.plan.step:
-            raise InvalidInput(f'the proposal has the step {self.proposal.step} s, the plan {self.plan.step} s')
+        for name in ('robot_id', 'boot_epoch', 'sequence', 'plan_seq'):
+            object.__setattr__(self, name, whole(name, getattr(self, name), 0))
 
     @property
     def done_planning(self) -> bool:
@@ -105,11 +142,85 @@ class RobotMsg:
         return self.dp
 
 
-def _finite(name: str, value: ArrayLike, size: int | None) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError):
-        raise InvalidInput(f'{name} must be numbers, not {value!r}') from None
-    if array.ndim != 1 or (size is not None and array.shape != (size,)) or not np.isfinite(array).all():
-        raise InvalidInput(f'{name} must be finite numbers, {size or "any count"} of them')
-    return array
+@dataclass(frozen=True)
+class Offer:
+    """A contract that the sender, its owner, is bound to and offers to one peer.
+
+    Attributes
+    ----------
+    peer_id, peer_epoch : int
+        To whom, and to which life of its process.
+    base_sequence : int
+        Of the peer's message that the contract was built on.
+    contract : Contract
+    """
+
+    peer_id: int
+    peer_epoch: int
+    base_sequence: int
+    contract: Contract
+
+    def __post_init__(self):
+        for name in ('peer_id', 'peer_epoch', 'base_sequence'):
+            object.__setattr__(self, name, whole(name, getattr(self, name), 0))
+        if not isinstance(self.contract, Contract):
+            raise InvalidInput(f'an offer has a contract, not {self.contract!r}')
+
+
+@dataclass(frozen=True)
+class Contracts:
+    """What one robot has to say about contracts between two of its cycles, to all peers at once.
+
+    Attributes
+    ----------
+    robot_id, boot_epoch, sequence : int
+        The sender, the start of its process, the message; counted together with its `RobotMsg`.
+    offers : tuple of Offer
+    answers : dict of int to Link
+        What the sender says now to those whose offers came.
+    """
+
+    robot_id: int
+    boot_epoch: int
+    sequence: int
+    offers: tuple[Offer, ...] = ()
+    answers: dict[int, Link] = field(default_factory=dict)
+
+    def __post_init__(self):
+        for name in ('robot_id', 'boot_epoch', 'sequence'):
+            object.__setattr__(self, name, whole(name, getattr(self, name), 0))
+        object.__setattr__(self, 'offers', tuple(self.offers))
+        for name in ('offers', 'answers'):
+            if len(getattr(self, name)) > MAX_LINKS:
+                raise InvalidInput(f'a message has {len(getattr(self, name))} {name}, more than {MAX_LINKS}')
+
+
+@dataclass(frozen=True, eq=False)
+class Death:
+    """A certificate: when it was issued, no process of the robot lived, and its body had come to rest.
+
+    Attributes
+    ----------
+    robot_id, boot_epoch : int
+        Who, and the last start of its process.
+    place : (2,) ndarray [m]
+        Where the body is.
+    issued : float [s]
+        On the robots' common clock.
+    radius : float [m] or None
+        Of the body; None: only those use the certificate who know it.
+    """
+
+    robot_id: int
+    boot_epoch: int
+    place: NDArray[np.float64]
+    issued: float
+    radius: float | None = None
+
+    def __post_init__(self):
+        if self.radius is not None and not 0.0 < self.radius <= 100.0:
+            raise InvalidInput(f'radius is {self.radius}, not in 0..100.0')
+        for name in ('robot_id', 'boot_epoch'):
+            object.__setattr__(self, name, whole(name, getattr(self, name), 0))
+        object.__setattr__(self, 'place', finite('place', self.place, 2))
+        object.__setattr__(self, 'issued', float(finite('issued', [self.issued], 1)[0]))

@@ -13,6 +13,7 @@ import numpy as np
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.makespan import lower_bound
 from mobile_planning.fleet.message import Mode, RobotMsg
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report, verify
@@ -172,6 +173,7 @@ class Mission:
     def report(self, bodies: Sequence[Body], environment: Environment) -> Report:
         """Return what the mission came to; why it ended is a violation too, unless it is complete."""
         report = verify(self.solutions, list(bodies), environment, self.start_time, self.name)
+        report = replace(report, lower_bound=lower_bound(bodies, environment))
         if self.is_complete:
             return report
         return replace(report, valid=False, violations=[*report.violations, f'the mission ended: {self.why}'])
@@ -197,6 +199,7 @@ class Mission:
 
     def _since_start(self, solution):
         """Return the solution without what came before the start: the robot may have stood and waited for days."""
+        solution = replace(solution, start_time=self.start_time)
         first, *later = solution.plans
         knot = int(np.floor(self.start_time / first.step))
         if first.first_knot >= knot:

@@ -1,143 +1,301 @@
-"""Proposals and promises: how robots that share no cycle change their plans without ever colliding.
+"""One robot's part in the protocol of contracts: which messages change which link, and what is to be said.
 
-A robot drives the plan in force, which ends at rest, and may propose a
-successor. It commits the successor only when every peer has promised to stay
-clear of it, and only before its first knot. A peer promises when its own plan in
-force, and its own open proposal, keep apart from the proposal; where two open
-proposals clash the lower id's stands and the other is withdrawn for good.
-
-So at any instant the plans in force of two robots are apart, for ever, under any
-loss, delay, reordering and duplication. For take two successors, one of each
-robot, that were both committed: each robot judged the other's. It can only judge
-what it has heard, so they cannot both have judged before they opened their own.
-The one that judged with its own already open, or in force, found the two apart
-or withdrew its own, and a withdrawn proposal is never committed.
-
-That a robot also proposes nothing that clashes with what it has promised is no
-part of this argument: it spares everybody proposals that cannot be promised.
-No clock and no I/O here.
+A robot's plan changes only by its own commits, and each commit satisfies all
+contracts that bind the robot at that instant. So two robots need not share a
+cycle: each may commit when it likes. What they agree on, and why it is safe, is in
+`link`; this keeps one link to every robot of the mission. No clock and no I/O.
 """
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import typing
+from collections.abc import Collection, Mapping
+from math import hypot, inf
 
-from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.message import Link, RobotMsg
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-#: Whether two plans keep apart from now on: (own plan, peer's plan, peer's radius [m]).
-Apart = Callable[[Plan, Plan, float], bool]
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.contracts import Contract
+from mobile_planning.fleet.link import Held, OwnerSide, PeerSide, Terms
+from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer, RobotMsg
 
-
-@dataclass
-class Peer:
-    """What is known of one peer: its newest message and what it was promised."""
-
-    message: RobotMsg | None = None
-    promised: int = 0
-
-    def plans(self) -> list[Plan]:
-        """Return the plans to keep apart from: the one in force, and a promised successor."""
-        message = self.message
-        if message is None:
-            return []
-        if self.promised and self.promised == message.proposal_seq:
-            return [message.plan, message.proposal]
-        return [message.plan]
+#: An open offer is said again, or followed by a fresher one, after this [s].
+REPEAT = 0.2
+#: So many own messages are remembered.
+MAX_SENT = 512
 
 
-@dataclass
+class Geometry(typing.Protocol):
+    """What the protocol asks of the own plan in force."""
+
+    def accepts(self, contract: Contract, is_owner: bool) -> bool:
+        """Return whether the plan satisfies ``contract`` from now on."""
+
+    def clear_of(self, place: NDArray, radius: float) -> bool:
+        """Return whether the whole plan stays the own radius and ``radius`` [m] from ``place`` (2,) [m]."""
+
+    def offer(self, contract_id: int, heard: RobotMsg) -> Contract | None:
+        """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies."""
+
+
 class Protocol:
-    """One robot's side of all its links.
+    """All links of one robot.
+
+    Parameters
+    ----------
+    robot_id, epoch : int
+        The epoch, from 1 on, grows with each start of the robot's process.
+    geometry : Geometry
+    lease : float [s]
+        A peer at rest departs only if its owner heard it less than this ago.
+    rest_time : float [s]
+        Every plan has ended this long after its commit.
+    sensor_range : float [m]
+        Whoever is nearer than this, or up to twice ``margin`` farther, is seen; inf without such a sensor.
+    margin, gap : float [m, s]
+        No pair comes more than ``margin`` nearer or farther in ``gap``, in which the sensor is read at least once.
+    born : float [s]
+        When the process started, by its own clock: older certificates of death say nothing.
 
     Attributes
     ----------
-    robot_id, epoch : int
-    plan, plan_seq : Plan, int
-        In force.
-    proposal, proposal_seq : Plan or None, int
-        Open; the number of the last one made.
-    peers : dict of int to Peer
-        Everybody whose promise a commit needs.
+    heard : dict of int to RobotMsg
+        The newest message of each peer.
+    ignored : int
+        Messages that were own, stale or of robots outside the mission.
+
+    Raises
+    ------
+    InvalidInput
+        The epoch is not positive, or a time or length is.
     """
 
-    robot_id: int
-    epoch: int
-    plan: Plan
-    plan_seq: int = 0
-    proposal: Plan | None = None
-    proposal_seq: int = 0
-    peers: dict[int, Peer] = field(default_factory=dict)
-    promised_by: dict[int, int] = field(default_factory=dict)
-    ignored: int = 0
+    def __init__(self, robot_id: int, epoch: int, geometry: Geometry, *, lease: float = 3.0, rest_time: float = 3.75,
+                 sensor_range: float = inf, margin: float = 1.0, gap: float = 0.5, born: float = 0.0):
+        if epoch < 1 or not (lease > 0 and rest_time >= 0 and sensor_range > 0 and margin > 0 and gap > 0):
+            raise InvalidInput(f'epoch {epoch}, lease {lease} s, rest_time {rest_time} s, '
+                               f'sensor_range {sensor_range} m, margin {margin} m or gap {gap} s is out of range')
+        self.robot_id, self.epoch, self.terms = robot_id, epoch, Terms(lease, rest_time, sensor_range, margin, gap)
+        self.heard: dict[int, RobotMsg] = {}
+        self.ignored = 0
+        self._geometry, self._born = geometry, born
+        self._sides: dict[int, OwnerSide | PeerSide] = {}
+        self._sequence = 0
+        self._sent: dict[int, float] = {}
+        self._observed_at, self._is_stranger_near = -inf, False
+        # Owed answers, links where something is newer than the last offer, and when that was made [s].
+        self._owed: set[int] = set()
+        self._stale: set[int] = set()
+        self._offered_at: dict[int, float] = {}
 
-    def join(self, roster: list[int]) -> None:
-        """From now on a commit needs the promises of all in ``roster`` but this robot."""
-        self.peers = {peer: self.peers.get(peer, Peer()) for peer in roster if peer != self.robot_id}
+    def join(self, roster: Collection[int], resting: Mapping[int, tuple[ArrayLike, float]] | None = None) -> None:
+        """From now on nothing moves without an agreement with all of ``roster``.
 
-    def hear(self, message: RobotMsg, apart: Apart, epoch_is_bound: bool) -> bool:
-        """Take in a peer's message; return whether it was news.
-
-        Own, stale, foreign and incomplete messages are ignored and counted, and
-        so is a restarted peer once the mission runs: nothing then tells where its
-        body is.
+        Parameters
+        ----------
+        roster : collection of int
+        resting : mapping of int to ((2,) array_like [m], float [m])
+            Place and radius of those who will be switched on later. Such a robot itself
+            gives nobody here, and no robot does that was started again.
         """
-        peer = self.peers.get(message.robot_id)
-        if peer is None or message.plan is None or message.plan.step != self.plan.step or self._is_stale(
-                peer.message, message, epoch_is_bound):
+        sides = {}
+        for other in roster:
+            if other != self.robot_id:
+                side = self._sides.get(other) or self._new_side(other)
+                if resting and other in resting and side.mode is LinkMode.NONE and not side.other_epoch:
+                    place, radius = resting[other]
+                    side = side.rests_at(_pair(place), float(radius))
+                sides[other] = side
+        self._sides = sides
+
+    def _new_side(self, other):
+        return (OwnerSide if self.robot_id < other else PeerSide)(self.epoch, self._born)
+
+    @property
+    def rest_time(self) -> float:
+        """Every plan has ended this long [s] after its commit."""
+        return self.terms.rest_time
+
+    # What comes in
+
+    def hear(self, message: RobotMsg | Contracts | Death, now: float) -> bool:
+        """Take in a ``message`` at ``now`` [s] of the own clock; return whether it was news."""
+        side = self._sides.get(message.robot_id)
+        if side is not None and isinstance(message, Death):
+            return self._bury(message, side)
+        if side is None or side.is_past(message.boot_epoch):
             self.ignored += 1
             return False
-        if peer.message is not None and peer.message.boot_epoch != message.boot_epoch:
-            # Its numbers count anew: a promise to, or of, the robot before the restart says nothing now.
-            peer.promised = 0
-            self.promised_by.pop(message.robot_id, None)
-        peer.message = message
-        if message.proposal_seq != peer.promised:
-            peer.promised = 0
-        if message.proposal_seq and not peer.promised and self._can_promise(message, apart):
-            peer.promised = message.proposal_seq
-        mine = message.links.get(self.robot_id)
-        if mine is not None and mine.epoch == self.epoch:
-            self.promised_by[message.robot_id] = mine.promised
-        return True
+        return (self._hear_plan if isinstance(message, RobotMsg) else self._hear_contracts)(message, side, now)
 
-    @staticmethod
-    def _is_stale(known, message, epoch_is_bound):
-        if known is None:
-            return False
-        if message.boot_epoch != known.boot_epoch:
-            return epoch_is_bound or message.boot_epoch < known.boot_epoch
-        return message.sequence <= known.sequence
+    def _bury(self, death, side):
+        known = self.heard.get(death.robot_id)
+        radius = side.radius if known is None else known.radius
+        if death.radius is not None:
+            radius = death.radius
+        buried = side.buried(death.boot_epoch, _pair(death.place), radius, death.issued,
+                             self._geometry.clear_of) if radius else side
+        return self._keep(death.robot_id, buried)
 
-    def _can_promise(self, message, apart):
-        """Whether own plans keep apart from the proposal; a clashing own proposal of a higher id gives way."""
-        if not apart(self.plan, message.proposal, message.radius):
+    def _hear_plan(self, message, side, now):
+        other, known = message.robot_id, self.heard.get(message.robot_id)
+        if message.plan is None or (known is not None and known.boot_epoch == message.boot_epoch
+                                    and message.sequence <= known.sequence):
+            self.ignored += 1
             return False
-        if self.proposal is not None and not apart(self.proposal, message.proposal, message.radius):
-            if self.robot_id < message.robot_id:
+        if message.boot_epoch > side.other_epoch:
+            points = message.plan.points
+            place = None if np.ptp(points, axis=0).any() else _pair(points[-1])
+            side = side.renewed(message.boot_epoch, place, message.radius, self._geometry.clear_of)
+            if side.other_epoch != message.boot_epoch:
+                self.ignored += 1
                 return False
-            self.withdraw()
+        self.heard[other] = message
+        if isinstance(side, OwnerSide):
+            self._stale.add(other)
+        if self.robot_id in message.links:
+            side = side.reading(message.links[self.robot_id], message.sequence, now, self._sent, self.terms)
+        self._sides[other] = side.hearing()
         return True
 
-    def propose(self, plan: Plan) -> None:
-        """Open a proposal; the caller has checked that it keeps apart from all ``peers``' plans."""
-        self.proposal_seq += 1
-        self.proposal = plan
+    def _hear_contracts(self, message, side, now):
+        other, before = message.robot_id, side
+        if message.boot_epoch == side.other_epoch and self.robot_id in message.answers:
+            side = side.reading(message.answers[self.robot_id], message.sequence, now, self._sent, self.terms)
+        for offer in message.offers:
+            if offer.peer_id == self.robot_id and isinstance(side, PeerSide):
+                held = Held(offer.contract, self._sent.get(offer.base_sequence, -inf), offer.base_sequence)
+                side = side.offered(message.boot_epoch, offer.peer_epoch, held, self._accepts)
+                if side.other_epoch == message.boot_epoch and offer.peer_epoch == self.epoch:
+                    self._owed.add(other)
+        self._sides[other] = side
+        return side != before
 
-    def withdraw(self) -> None:
-        """Drop the open proposal; it will never be committed."""
-        self.proposal = None
+    def _accepts(self, contract):
+        return self._geometry.accepts(contract, False)
 
-    def is_promised(self) -> bool:
-        """Whether every peer has promised to stay clear of the open proposal."""
-        return self.proposal is not None and all(
-            self.promised_by.get(peer) == self.proposal_seq for peer in self.peers)
+    def _keep(self, other, side):
+        """Keep the new ``side`` of a link; return whether it has changed, and count the message if not."""
+        is_news = side != self._sides[other]
+        self._sides[other] = side
+        self.ignored += not is_news
+        return is_news
 
-    def commit(self, plan: Plan) -> None:
-        """Put ``plan``, the old one continued by the proposal, in force."""
-        self.plan, self.plan_seq, self.proposal = plan, self.proposal_seq, None
+    def observe(self, seen: Mapping[int, tuple[ArrayLike, float]], now: float, here: ArrayLike | None = None) -> None:
+        """Take in what the presence sensor sees at ``now`` [s]: before each commit, and once a cycle at least.
 
-    def links(self) -> dict[int, Link]:
-        """Return what to tell the peers: heard so far, promised so far."""
-        return {peer_id: Link(peer.message.boot_epoch, peer.message.sequence, peer.promised)
-                for peer_id, peer in self.peers.items() if peer.message is not None}
+        Parameters
+        ----------
+        seen : mapping of int to ((2,) array_like [m], float [m/s])
+            Place and speed. Whoever is not seen is out of sight by far.
+        now : float [s]
+        here : (2,) array_like [m]
+            Where this robot is; may be left out without a range of the sensor.
+        """
+        terms, is_after_gap = self.terms, now - self._observed_at > self.terms.gap
+        self._observed_at = now
+        has_range = terms.sensor_range < inf
+        x, y = (0.0, 0.0) if not has_range else _pair(here)
+        places = {other: _pair(place) for other, (place, _) in seen.items()}
+        if has_range:
+            self._is_stranger_near = any(
+                hypot(place[0] - x, place[1] - y) <= terms.sensor_range for other, place in places.items()
+                if other != self.robot_id and other not in self._sides)
+        for other, side in self._sides.items():
+            if has_range:
+                place = places.get(other, (inf, inf))
+                side = side.observed(hypot(place[0] - x, place[1] - y), is_after_gap, now, terms)
+            if isinstance(side, OwnerSide) and other in self.heard:
+                place, speed = places.get(other, (0.0, 0.0)), seen[other][1] if other in seen else inf
+                side = side.watching(place, self.heard[other].radius, speed, is_after_gap, now, terms,
+                                     self._geometry.clear_of)
+            self._sides[other] = side
+
+    def committed(self, now: float) -> None:
+        """The plan in force has changed, or a cycle has passed: an offer that waits may be taken now."""
+        for other, side in self._sides.items():
+            if isinstance(side, PeerSide) and side.pending is not None:
+                self._sides[other] = side.reconsidering(self._accepts)
+                if self._sides[other] is not side:
+                    self._owed.add(other)
+
+    # What binds the robot
+
+    def may_move(self, now: float, at_rest: bool) -> bool:
+        """Return whether the plan may be changed at ``now`` [s] at all.
+
+        Parameters
+        ----------
+        now : float [s]
+        at_rest : bool
+            Whether the robot is slower than `link.V_REST` when the change takes effect.
+        """
+        if self.terms.sensor_range < inf and (self._is_stranger_near or now - self._observed_at > self.terms.gap):
+            return False
+        return all(side.may_move(now, at_rest, self.terms) for side in self._sides.values())
+
+    def bound(self) -> list[tuple[Contract, bool]]:
+        """Return the contracts that every commit must satisfy, and of each whether this robot is its owner."""
+        return [(contract, isinstance(side, OwnerSide)) for side in self._sides.values() for contract in side.bound()]
+
+    def discs(self) -> list[tuple[NDArray[np.float64], float]]:
+        """Return place (2,) [m] and radius [m] of the robots at rest that every commit must stay clear of."""
+        return [(np.array(side.place), side.radius) for side in self._sides.values() if side.mode is LinkMode.STATIC]
+
+    # What goes out
+
+    @property
+    def has_due(self) -> bool:
+        """Whether there is something to say before the next cycle."""
+        return bool(self._owed or self._stale)
+
+    def due(self, now: float) -> Contracts | None:
+        """Return all offers and answers that are to be sent at ``now`` [s]; None if there are none.
+
+        The robot is bound to what it offers from then on.
+        """
+        answers = {other: self._sides[other].status() for other in sorted(self._owed & self._sides.keys())}
+        self._owed.clear()
+        offers = [offer for other in sorted(self._sides) if (offer := self._offer_to(other, now)) is not None]
+        if not (answers or offers):
+            return None
+        message = Contracts(self.robot_id, self.epoch, self.next_sequence(), tuple(offers), answers)
+        self.sent(message.sequence, now)
+        return message
+
+    def _offer_to(self, other, now):
+        """Return a fresh offer if something is newer than the last one, else the newest open one after a while."""
+        side = self._sides[other]
+        if not isinstance(side, OwnerSide):
+            return None
+        heard, is_fresh = self.heard.get(other), False
+        if other in self._stale and heard is not None and side.may_offer(self.terms):
+            contract = self._geometry.offer(side.next_id, heard)
+            if contract is not None:
+                self._sides[other] = side = side.offering(contract, heard.sequence, now)
+                is_fresh = True
+        self._stale.discard(other)
+        if not side.open or not side.is_heard or not is_fresh and now - self._offered_at[other] < REPEAT:
+            return None
+        self._offered_at[other] = now
+        newest = side.open[-1]
+        return Offer(other, side.other_epoch, newest.base_sequence, newest.contract)
+
+    def links(self, now: float) -> dict[int, Link]:
+        """Return what to say to each peer in the message of a cycle."""
+        return {other: side.status() for other, side in self._sides.items()}
+
+    def next_sequence(self) -> int:
+        """Return the number of the next own message."""
+        self._sequence += 1
+        return self._sequence
+
+    def sent(self, sequence: int, now: float) -> None:
+        """Remember that the own message ``sequence`` goes out at ``now`` [s]."""
+        self._sent[sequence] = now
+        if len(self._sent) > MAX_SENT:
+            del self._sent[next(iter(self._sent))]
+
+
+def _pair(place):
+    return float(place[0]), float(place[1])

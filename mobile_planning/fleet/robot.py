@@ -1,26 +1,34 @@
 """Robot: one agent that plans its own trajectory among others, section by section.
 
 A pure object: time is passed in, messages go in by ``receive`` and out of
-``step``. The same robot runs in logical time in ``WorldSim`` and in real time
-behind the ROS node.
+``step`` and ``answers``. The same robot runs in logical time in ``WorldSim``
+and in real time behind the ROS node.
 """
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mobile_planning.errors import GoalOccupied, InvalidInput, NoPath, StartOccupied
-from mobile_planning.fleet.bspline import MAX_POINTS, Plan, acceleration_bound, keeps_turn_rate, speed_bound, splice
-from mobile_planning.fleet.certificates import keeps_apart, keeps_clear
-from mobile_planning.fleet.guidance import Guidance, Polyline
+from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
+from mobile_planning.fleet import fences
+from mobile_planning.fleet.bspline import MAX_POINTS, Plan, bezier, splice
+from mobile_planning.fleet.contracts import ROUNDING, Contract, build, room
+from mobile_planning.fleet.coordination import Coordination
+from mobile_planning.fleet.guidance import Guidance, Neighbour
+from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.kinematics import UnicycleKineModel
-from mobile_planning.fleet.message import Mode, RobotMsg
+from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.protocol import Protocol
-from mobile_planning.fleet.section import Limits, bearing, candidates, remaining
+from mobile_planning.fleet.roundabout import Roundabout, predict_crowd, updated
+from mobile_planning.fleet.horizon import Horizon, rest_index
+from mobile_planning.fleet.section import Limits, shorten
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.geometry import wrap_angle
+from mobile_planning.world.convex_pieces import ConvexPieces
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -28,11 +36,49 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 #: A robot has arrived within this of its goal [m] and of its final heading [rad].
 GOAL_TOLERANCE = 0.02
 HEADING_TOLERANCE = 0.02
+#: Knots in one cycle: fine ones let a robot set out and stop sooner.
+_KNOTS = 2
+#: A new plan may follow so many knots of the one in force.
+_SPLICED = 24
+#: Less than this [rad] is no turn.
+_TURNED = 1e-5
 #: A commit this near to its first knot [s] comes too late.
 _GUARD = 0.005
-_MAX_LATENCY = 2.0
-#: Room [m] to spare at start and goal, without which no drive from or to them can be proved clear.
-_SPARE = 0.001
+#: Slower than this [m/s] at its first knot, a section departs from rest.
+_V_REST = 0.03
+#: Headings closer than this [rad] are equal.
+_SAME_HEADING = 1e-6
+#: Cycles between two looks for a crowd.
+_LOOK_AROUND = 3
+#: Joint plans may be made so long [s] before the start of a mission, when all have been heard.
+_EARLY = 0.5
+#: Getting nearer to the goal by this [m] is progress.
+_PROGRESS = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """What a robot has planned and not yet committed.
+
+    Attributes
+    ----------
+    first_knot : int
+        From which the plan would change.
+    old : (n, 2) ndarray [m]
+        Control points of the plan in force from there on.
+    new : (n, 2) ndarray [m] or None
+        To replace them; None to keep them.
+    final_heading : float [rad]
+        To turn to at the end, NaN for none.
+    seconds : float [s]
+        To plan it, 0 where nothing was to be planned.
+    """
+
+    first_knot: int
+    old: NDArray[np.float64]
+    new: NDArray[np.float64] | None = None
+    final_heading: float = np.nan
+    seconds: float = 0.0
 
 
 class Robot:
@@ -41,7 +87,7 @@ class Robot:
     Parameters
     ----------
     eyed : int
-        Robot id; of two clashing proposals the lower id's stands.
+        Robot id; of two robots the one with the lower id draws the line between them.
     kine_model : UnicycleKineModel
         Start, goal and limits.
     obstacles : sequence of Obstacle
@@ -51,17 +97,27 @@ class Robot:
     rho : float [m]
         Radius of the body.
     Tc : float [s]
-        Between two calls of ``step``, and between knots.
+        Between two calls of ``step``; knots are half of it apart. None for the method's own, 0.25 s.
     Tp : float [s]
         Length of a plan.
     grid : OccupancyGrid or None
         Its occupied and unknown cells are obstacles too.
+    method : str
+        ``'contracts'``.
     margin : float [m]
         Added to the radius for tracking, clock and numeric errors.
     epoch : int
-        Grows with each start of the robot's process.
+        Grows with each start of the robot's process, from 1 on.
     start_time : float [s]
         When the robot is switched on, on the fleet's common clock.
+    solver : str
+        Of `QuadraticProgram`.
+    sensor_range : float [m]
+        Within which the robot sees other bodies; infinite for no such sensor.
+    budget : float [s]
+        Between the start of planning and the knot from which the plan may change.
+    reverse : bool
+        Whether it may drive backwards.
 
     Raises
     ------
@@ -75,69 +131,170 @@ class Robot:
 
     def __init__(self, eyed: int, kine_model: UnicycleKineModel, obstacles: Sequence[Obstacle] = (),
                  phy_boundary: Boundary | None = None, neigh: Sequence[int] = (), *, rho: float = 0.2,
-                 Tc: float = 0.25, Tp: float = 3.0, grid: OccupancyGrid | None = None, margin: float = 0.005,
-                 epoch: int = 0, start_time: float = 0.0):
-        if not (0 < rho <= 100 and 0 <= margin <= 10 and 0.01 <= Tc <= 10 and 4 * Tc <= Tp <= 100 * Tc):
+                 Tc: float | None = None, Tp: float = 3.0, grid: OccupancyGrid | None = None,
+                 method: str = 'contracts', margin: float = 0.005, epoch: int = 1, start_time: float = 0.0,
+                 solver: str = 'active_set', sensor_range: float = np.inf, budget: float = 0.08,
+                 reverse: bool = False):
+        Tc = 0.25 if Tc is None else Tc
+        if method != 'contracts':
+            raise InvalidInput(f'method is {method!r}; known is contracts')
+        if not (0 < rho <= 100 and 0 <= margin <= 10 and 0.01 <= Tc <= 10 and 4 * Tc <= Tp <= 50 * Tc):
             raise InvalidInput(f'rho {rho} m, margin {margin} m, Tc {Tc} s or Tp {Tp} s is out of range: '
-                               '0 < rho <= 100, 0 <= margin <= 10, 0.01 <= Tc <= 10, 4 Tc <= Tp <= 100 Tc')
+                               '0 < rho <= 100, 0 <= margin <= 10, 0.01 <= Tc <= 10, 4 Tc <= Tp <= 50 Tc')
+        if not (0 <= budget <= 10 * Tc and sensor_range > 0 and epoch >= 1):
+            raise InvalidInput(f'budget {budget} s, sensor_range {sensor_range} m or epoch {epoch} is out of range: '
+                               '0 <= budget <= 10 Tc, sensor_range > 0, epoch >= 1')
+        if kine_model.u_init.any() or kine_model.u_final.any():
+            raise InvalidInput(f'contracts go from rest to rest: u_init {kine_model.u_init} and u_final '
+                               f'{kine_model.u_final} must be 0')
         self.eyed, self.k_mod, self.rho, self.neigh = int(eyed), kine_model, float(rho), tuple(neigh)
+        self._made = dict(rho=rho, Tc=Tc, Tp=Tp, grid=grid, method=method, margin=margin, solver=solver,
+                          sensor_range=sensor_range, budget=budget, reverse=reverse)
         self.environment = Environment(phy_boundary, obstacles, grid)
         self.mode = Mode.WAITING
-        self.Tc, self._spans, self._latency = float(Tc), int(round(Tp / Tc)), 1.5 * Tc
-        # What is in force, up to the end of a section that starts so late, must fit into one message.
-        self._max_latency = min(_MAX_LATENCY, (MAX_POINTS - 5 - self._spans) * self.Tc)
+        self.Tc, self.sensor_range, self._step = float(Tc), float(sensor_range), float(Tc) / _KNOTS
+        self._spans, self._budget, self._reverse = int(round(Tp / self._step)), float(budget), bool(reverse)
         v_max, omega_max = kine_model.u_max
         self.limits = Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin)
+        self._pieces = ConvexPieces(self.environment)
         self._require_room()
-        self._guidance = Guidance(self.environment, kine_model.z_final, self.limits.radius)
+        self._guidance = Guidance(self.environment, kine_model.z_final, self.limits.radius, v_max)
         self._guidance.path(kine_model.z_init)
-        first = Plan.at_rest(int(np.floor(start_time / Tc)), self.Tc, kine_model.q_init)
+        self._guidance.prepare()
+        self._coordination = Coordination(self.eyed, self.environment, self.limits.radius, v_max, boot_epoch=int(epoch))
+        self._horizon = Horizon(self.limits, self._step, self._spans, kine_model.z_final, self._pieces, solver=solver,
+                                reverse=reverse)
+        first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
         self._plans, self._section_times = [first], []
-        self._protocol = Protocol(self.eyed, int(epoch), first)
-        self._sequence = 0
-        self._mission_start = np.inf
+        self._in_force = _InForce(first, self.limits.radius, self._step)
+        # In a gap between two observations two robots of this speed come nearer by no more than the margin.
+        rest_time, gap = (self._spans + 3) * self._step, 2 * self.Tc
+        margin, least = max(1.0, 2 * v_max * gap), 2 * (self.limits.radius + v_max * rest_time)
+        if sensor_range < least:
+            raise InvalidInput(f'sensor_range {sensor_range} m is below {least:.3f} m: two robots of this kind that '
+                               'see each other at last must have room to come to rest')
+        self.protocol = Protocol(self.eyed, int(epoch), self._in_force, rest_time=rest_time,
+                                 sensor_range=sensor_range, margin=margin, gap=gap, born=start_time)
+        self._mission_start, self._is_planning = np.inf, False
+        self._least_left, self._progress_at, self._cycles = np.inf, 0.0, 0
+        self._roundabout: Roundabout | None = None
 
     def _require_room(self):
-        places, need = np.array([self.k_mod.z_init, self.k_mod.z_final]), self.limits.radius + _SPARE
-        for place, room, error, name in zip(places, self.environment.clearance(places),
-                                            (StartOccupied, GoalOccupied), ('start', 'goal')):
-            if room < need:
-                raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed} has {room:.3f} m of room, '
+        places, need = np.array([self.k_mod.z_init, self.k_mod.z_final]), self.limits.radius
+        for place, error, name in zip(places, (StartOccupied, GoalOccupied), ('start', 'goal')):
+            free = self._room_at(place)
+            if free < need - ROUNDING:
+                raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed} has {free:.3f} m of room, '
                             f'with its margin it needs {need:.3f} m')
+
+    def _room_at(self, place):
+        """Return how far [m] a place (2,) is from the static world; what is farther than twice the radius counts so."""
+        curve, reach = np.tile(place, (1, 4, 1)), 2 * self.limits.radius
+        around = fences.of_pieces(self._pieces, curve, 0.0, np.array([reach]))
+        return float(min(reach, around.room(curve).min(initial=np.inf)))
+
+    def restarted(self, epoch: int, now: float) -> Robot:
+        """Return the robot that a new process makes where the body now rests; it knows nothing of the others."""
+        state = self.state(now)
+        model = self.k_mod
+        moved = UnicycleKineModel(state[:3], model.q_final, u_max=model.u_max, a_max=model.acc_max)
+        return Robot(self.eyed, moved, self.environment.obstacles, self.environment.boundary, self.neigh,
+                     epoch=epoch, start_time=now, **self._made)
 
     # What a mission says
 
-    def join(self, roster: Sequence[int]) -> None:
-        """Listen to the robots of ``roster`` from now on."""
-        self._protocol.join(list(roster))
+    def join(self, roster: Sequence[int], resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
+        """Listen to the robots of ``roster`` from now on.
 
-    def start(self, roster: Sequence[int], start_time: float) -> None:
-        """Drive from ``start_time`` [s] on, among the robots of ``roster``."""
-        self.join(roster)
+        Parameters
+        ----------
+        roster : sequence of int
+        resting : dict of int to ((2,) array_like [m], float [m])
+            Places and radii of the robots among them that are not switched on yet.
+        """
+        self.protocol.join(list(roster), resting or {})
+
+    def start(self, roster: Sequence[int], start_time: float,
+              resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
+        """Drive from ``start_time`` [s] on, among the robots of ``roster``; see `join`."""
+        self.join(roster, resting)
         self._mission_start = float(start_time)
 
     def stop(self) -> None:
         """Finish the plan in force, which ends at rest, and stay there."""
-        self._protocol.withdraw()
         self._mission_start = np.inf
         if not self.is_done:
             self.mode = Mode.STOPPED
 
     # What goes in and out
 
-    def receive(self, message: RobotMsg, now: float) -> bool:
+    def receive(self, message: RobotMsg | Contracts | Death | JointPlan, now: float) -> bool:
         """Take in a peer's ``message`` at ``now`` [s]; return whether it was news."""
-        news = self._protocol.hear(message, self._keeps_apart_from, epoch_is_bound=now >= self._mission_start)
-        self._settle(now)
-        return news
+        self._in_force.now = now
+        if isinstance(message, JointPlan):
+            return self._coordination.hear(message, now)
+        is_news = self.protocol.hear(message, now)
+        if is_news and isinstance(message, RobotMsg):
+            self._coordination.hear(message, now)
+        return is_news
 
-    def step(self, now: float) -> list[RobotMsg]:
-        """Plan the next section at ``now`` [s], if it is time for one, and return the messages for all peers."""
-        self._settle(now)
-        if now >= self._mission_start:
-            self._drive(now)
-        self._sequence += 1
-        return [self._message(now)]
+    def observe(self, seen: Mapping[int, tuple[NDArray, float]], now: float) -> None:
+        """Take in what the presence sensor sees at ``now`` [s]: place (2,) [m] and speed [m/s] of each robot."""
+        self._in_force.now = now
+        self.protocol.observe(seen, now, self.state(now)[:2])
+
+    def step(self, now: float) -> list[RobotMsg | Contracts | JointPlan]:
+        """Plan and commit the next section at ``now`` [s] and return the messages for all peers."""
+        return self.commit(self.plan_section(now), now)
+
+    def plan_section(self, now: float) -> Section:
+        """Return the next section as planned at ``now`` [s]; nothing changes until it is committed."""
+        self._in_force.now, self._is_planning = now, True
+        knot = self._knot(now)
+        old = self.plan.control(knot, self._spans + 3)
+        if knot * self._step < self._mission_start - 1e-9 or self.is_done and not self._coordination.calls:
+            return Section(knot, old)
+        began = perf_counter()
+        heading = float(self._plan_at(knot).state(knot * self._step)[2])
+        if self._is_at_goal(self.plan.end) and self.plan.end_knot <= knot and not self._coordination.calls:
+            return self._turn_to_finish(knot, old, heading)
+        if not self.protocol.may_move(now, self._is_slow(old)):
+            return Section(knot, old)
+        new, final = self._horizon.plan(old, heading, self._reference(knot, old, now), self._peer_fences(knot, old))
+        if new is not None and self._is_at_goal(new[-1]):
+            final = self.k_mod.q_final[2]
+        return Section(knot, old, new, final, perf_counter() - began)
+
+    def commit(self, section: Section, now: float) -> list[RobotMsg | Contracts | JointPlan]:
+        """Put in force of ``section`` what is proved at ``now`` [s], and return the messages for all peers.
+
+        A section that comes too late, or that the contracts bound by now forbid, is dropped.
+        """
+        self._in_force.now, self._is_planning = now, False
+        if section.seconds:
+            self._section_times.append(section.seconds)
+        if section.new is not None and now <= section.first_knot * self._step - _GUARD:
+            self._commit(section, now)
+        self._update_mode(now)
+        self._note_progress(now)
+        self._look_around(now)
+        plans = self._coordinate(now)
+        self.protocol.committed(now)
+        message = self._message(now)
+        self.protocol.sent(message.sequence, now)
+        return [message, *plans, *self.answers(now)]
+
+    @property
+    def has_answers(self) -> bool:
+        """Whether `answers` has something to send."""
+        return self.protocol.has_due and not self._is_planning
+
+    def answers(self, now: float) -> list[Contracts]:
+        """Return the offers and answers that are due at ``now`` [s], in at most one message for all peers."""
+        self._in_force.now = now
+        # Offers from a plan that is about to change would be stale when they arrive.
+        message = None if self._is_planning else self.protocol.due(now)
+        return [] if message is None else [message]
 
     # What can be asked
 
@@ -148,8 +305,18 @@ class Robot:
 
     @property
     def plan(self) -> Plan:
-        """The plan in force."""
-        return self._protocol.plan
+        """The plan in force, from the knot of the last commit on."""
+        return self._in_force.plan
+
+    @property
+    def phase(self) -> float:
+        """Where within ``Tc`` [s] a cycle starts best: just in time for a knot."""
+        return (-self._budget - 2e-3) % self.Tc
+
+    def until_cycle(self, now: float) -> float:
+        """Return how long [s] after a cycle at ``now`` [s] the next one starts best, half of ``Tc`` at least."""
+        wait = float((self.phase - now) % self.Tc)
+        return wait if wait >= self.Tc / 2 else wait + self.Tc
 
     @property
     def sol(self) -> Solution:
@@ -161,158 +328,187 @@ class Robot:
         """Time [s] to plan each section."""
         return list(self._section_times)
 
-    def state(self, now: float) -> np.ndarray:
+    def state(self, now: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at ``now`` [s] by the plan in force."""
-        return self._plan_at(now / self.Tc).state(now)
+        return self._plan_at(now / self._step).state(now)
 
     def heard(self) -> dict[int, RobotMsg]:
         """Return the newest message of each peer heard."""
-        return {peer_id: peer.message for peer_id, peer in self._protocol.peers.items() if peer.message is not None}
+        return dict(self.protocol.heard)
 
     @property
     def ignored(self) -> int:
         """Messages that were own, stale or of robots outside the mission."""
-        return self._protocol.ignored
+        return self.protocol.ignored
 
     # How it works
 
-    def _index_at(self, knot):
-        """Return which of the plans is in force at ``knot``: the last that has started, or the first."""
-        return next((index for index in reversed(range(len(self._plans)))
-                     if self._plans[index].first_knot <= knot), 0)
+    def _knot(self, now):
+        """Return the first knot from which a plan made at ``now`` may change, the start of the first plan at least."""
+        return max(int(np.ceil((now + self._budget) / self._step - 1e-9)), self.plan.first_knot)
 
     def _plan_at(self, knot):
-        return self._plans[self._index_at(knot)]
+        """Return which of the plans drives at ``knot``: the last that has started, or the first."""
+        return next((plan for plan in reversed(self._plans) if plan.first_knot <= knot), self._plans[0])
 
-    def _settle(self, now):
-        """Commit the open proposal if all have promised, withdraw it if its time has come."""
-        proposal = self._protocol.proposal
-        if proposal is None:
-            return
-        if now > proposal.first_knot * self.Tc - _GUARD:
-            self._protocol.withdraw()
-            self._latency = min(1.5 * self._latency, self._max_latency)
-        elif self._protocol.is_promised():
-            self._commit(proposal, now)
-            self._latency = max(0.97 * self._latency, 1.5 * self.Tc)
+    def _is_slow(self, old):
+        """Whether a plan that goes on from ``old`` departs from rest."""
+        return bool(np.linalg.norm(old[2] - old[0]) < 2 * self._step * _V_REST)
 
-    def _commit(self, plan, now):
-        self._plans.append(plan)
-        self._protocol.commit(self._in_force(now))
+    def _is_at_goal(self, place):
+        return bool(np.linalg.norm(place - self.k_mod.z_final) <= GOAL_TOLERANCE)
 
-    def _in_force(self, now):
-        """Return all that is committed as one plan, from the current knot on."""
-        knot = max(int(np.floor(now / self.Tc)), self._plans[0].first_knot)
-        return splice(self._plans[self._index_at(knot):], knot)
-
-    def _drive(self, now):
-        """Propose the next section, turn in place, or notice that the mission is done."""
-        self._protocol.plan = self._in_force(now)
-        arrived = np.linalg.norm(self.plan.end - self.k_mod.z_final) <= GOAL_TOLERANCE
-        stands = now >= self._plans[-1].end_knot * self.Tc
-        if arrived and stands:
-            self._finish(now)
-        elif self._protocol.proposal is None and not arrived:
-            self.mode = Mode.DRIVING
-            began = perf_counter()
-            proposal = self._next_section(now)
-            self._section_times.append(perf_counter() - began)
-            if proposal is not None:
-                self._protocol.propose(proposal)
-                self._settle(now)
-            elif stands:
-                self._face_the_way(now)
-
-    def _finish(self, now):
-        """Turn to the final heading; then the mission is done."""
+    def _turn_to_finish(self, knot, old, heading):
+        """Return the section that turns to the final heading; that takes no new room, so nobody is asked."""
         final = self.k_mod.q_final[2]
-        if abs(wrap_angle(final - self.state(now)[2])) <= HEADING_TOLERANCE:
-            self.mode = Mode.DONE
-        else:
-            self._turn_in_place(final, now)
+        is_turned = abs(wrap_angle(final - heading)) <= HEADING_TOLERANCE
+        return Section(knot, old, None if is_turned else np.repeat(old[:1], 4, axis=0), final)
 
-    def _face_the_way(self, now):
-        """Turn towards the path, where that takes too long to be part of a section."""
-        try:
-            wanted = bearing(self.plan.end, self._path(self.plan.end_knot, self.plan.end))
-        except NoPath:
+    def _reference(self, knot, old, now):
+        standing = (old[1:-2] + 4 * old[2:-1] + old[3:]) / 6
+        way = self._coordination.way(standing[0])
+        if way is not None:
+            return self._guidance.follow(way, standing, self._step)
+        return self._guidance.reference(standing, self._neighbours(knot), self._step, now - self._progress_at,
+                                        roundabout=self._roundabout)
+
+    def _neighbours(self, knot):
+        """Return what is known of the others at ``knot``."""
+        neighbours = []
+        for message in self.protocol.heard.values():
+            points = message.plan.control(max(knot, message.plan.first_knot), 3)
+            position = (points[0] + 4 * points[1] + points[2]) / 6
+            parked = message.mode in (Mode.DONE, Mode.STOPPED) and message.plan.end_knot <= knot
+            neighbours.append(Neighbour(position, message.plan.end, message.goal, message.radius, parked))
+        for place, radius in self.protocol.discs():
+            if not any(np.linalg.norm(neighbour.position - place) < radius for neighbour in neighbours):
+                neighbours.append(Neighbour(place, place, place, radius, True))
+        return neighbours
+
+    def _peer_fences(self, knot, points):
+        """Return the fences of all contracts and resting peers, to the end of everybody's plan and one span of rest."""
+        bound = self.protocol.bound()
+        last = max((contract.last_span for contract, _ in bound), default=knot)
+        count = max(self._spans, len(points) - 3, last - knot + 1) + 1
+        curves = bezier(np.concatenate([points, np.repeat(points[-1:], count + 3 - len(points), axis=0)]))
+        radius = self.limits.radius
+        return (fences.of_contracts(bound, knot, count, radius)
+                + fences.of_discs(self.protocol.discs(), curves, radius))
+
+    def _commit(self, section, now):
+        """Put in force of the section what the contracts bound by now allow."""
+        knot, old, new = section.first_knot, section.old, section.new
+        if len(new) == len(old):
+            if not self.protocol.may_move(now, self._is_slow(old)):
+                return
+            if any(contract.first_span > knot for contract, _ in self.protocol.bound()):
+                return
+            new = shorten(old, new, self._peer_fences(knot, old), self.limits, self._step)
+            if new is old:
+                return
+        heading = float(self._plan_at(knot).state(knot * self._step)[2])
+        plan = self._with_rest(knot, new, heading, section.final_heading)
+        # Whatever the solver returned, it turns no faster than it can, and at once not at all.
+        turned = wrap_angle(plan.state(knot * self._step)[2] - heading)
+        if abs(turned) > _TURNED or plan.turn_in_place() > self.limits.omega_max * (1 + 1e-8):
             return
-        if abs(wrap_angle(wanted - self.state(now)[2])) > 0.5 * self._spans * self.Tc * self.limits.omega_max:
-            self._turn_in_place(wanted, now)
+        self._plans.append(plan)
+        first = max(int(np.floor(now / self._step)), self.plan.first_knot)
+        self._in_force.plan = splice([self.plan, plan], first)
 
-    def _turn_in_place(self, wanted, now):
-        """Turn towards a heading for at most one plan; that takes no new room, so nobody is asked."""
-        heading, most = self.state(now)[2], 0.97 * self.limits.omega_max * self.Tc
-        turn = np.clip(wrap_angle(wanted - heading), -most * self._spans, most * self._spans)
-        points = np.tile(self.plan.end, (max(1, int(np.ceil(abs(turn) / most))) + 3, 1))
-        self._commit(Plan(int(np.floor(now / self.Tc)) + 1, self.Tc, points, heading,
-                          float(wrap_angle(heading + turn))), now)
+    def _with_rest(self, knot, points, heading, final_heading):
+        """Return the plan of ``points`` without idle spans at its end but those in which it turns."""
+        points = points[:max(rest_index(points) + 3, 4)]
+        plan = Plan(knot, self._step, points, heading, reverse=self._reverse)
+        if np.isnan(final_heading) or not (self._is_at_goal(points[-1]) or rest_index(points) == 0):
+            return plan
+        arrival = float(plan.state(plan.end_knot * self._step)[2])
+        turn, most = float(wrap_angle(final_heading - arrival)), self.limits.omega_max * self._step
+        if abs(turn) <= 1e-9:
+            return plan
+        spans = min(int(np.ceil(abs(turn) / most + 1e-6)), MAX_POINTS - _SPLICED - len(points))
+        final_heading = arrival + float(np.clip(turn, -spans * most, spans * most))
+        points = np.concatenate([points, np.repeat(points[-1:], spans, axis=0)])
+        return Plan(knot, self._step, points, heading, final_heading, self._reverse)
 
-    def _next_section(self, now):
-        """Return the best candidate that is proved clear, None if standing by the old plan is as good."""
-        knot = max(int(np.ceil((now + self._latency) / self.Tc)), self._plans[-1].first_knot)
-        start = self.plan.control(knot, 3)
-        heading = float(self._plan_at(knot).state(knot * self.Tc)[2])
-        try:
-            path = self._path(knot, start[2])
-        except NoPath:
-            return None
-        points = candidates(start, heading, path, self.limits, self.Tc, self._spans)
-        costs = self._costs(points, path)
-        standing = self._costs(self.plan.control(knot, self._spans + 3)[None], path)[0]
-        worth = np.flatnonzero(costs < standing - 0.02)
-        best = worth[np.argsort(costs[worth], kind='stable')]
-        plans = (Plan(knot, self.Tc, good, heading) for good in points[best[self._is_proved(points[best], knot)]])
-        # Rounding: a turn may fill its spans to the last digit.
-        return next((plan for plan in plans if plan.turn_in_place() <= self.limits.omega_max * (1 + 1e-8)), None)
+    def _update_mode(self, now):
+        """Notice that the robot drives, or that its mission is done."""
+        if now < self._mission_start or self.is_done and not self._coordination.calls:
+            return
+        self.mode = Mode.DRIVING
+        if (self._is_at_goal(self.plan.end) and now >= self.plan.end_knot * self._step
+                and not self._coordination.calls):
+            turn = wrap_angle(self.k_mod.q_final[2] - self.state(now)[2])
+            if abs(turn) <= HEADING_TOLERANCE:
+                self.mode = Mode.DONE
 
-    def _path(self, knot, position):
-        """Return the way to the goal from ``position`` (2,) [m], around whoever stands still at ``knot``."""
-        return Polyline(self._guidance.path(position, *self._parked(knot)))
+    def _note_progress(self, now):
+        left = self._guidance.length(self.state(now)[:2])
+        if left < self._least_left - _PROGRESS or self.mode is not Mode.DRIVING or self._coordination.is_following:
+            self._least_left, self._progress_at = left, now
 
-    @staticmethod
-    def _costs(points, path):
-        """Return what is left to drive [m]: at the end of each plan (K,), and on its way there."""
-        left = remaining(points, path)
-        return left[:, -1] + 0.5 * left.mean(axis=1)
+    def _coordinate(self, now):
+        """Take part in joint plans; return those to be sent."""
+        if now < self._mission_start - _EARLY:
+            return []
+        said = self._coordination.update(now, self.state(now)[:2], self.plan.end, self.k_mod.z_final, self.is_done,
+                                         now - self._progress_at, self.protocol.discs())
+        request = self._coordination.request
+        return said if request is None else said + self._coordination.propose(request.plan(), now)
 
-    def _is_proved(self, points, knot):
-        """Return which plans (K, n, 2) keep all limits, the static world's room and the peers' at every instant."""
-        proved = ((speed_bound(points, self.Tc) <= self.limits.v_max)
-                  & (acceleration_bound(points, self.Tc) <= self.limits.a_max)
-                  & keeps_turn_rate(points, self.Tc, self.limits.omega_max))
-        for peer in self._protocol.peers.values():
-            for plan in peer.plans():
-                proved[proved] = self._keep_apart(points[proved], knot, plan, peer.message.radius + 1e-6)
-        proved[proved] = keeps_clear(points[proved], self.limits.radius, self.environment)
-        return proved
-
-    def _keep_apart(self, points, knot, other, radius):
-        """Return which plans (K, n, 2) from ``knot`` on keep apart from another's, for ever."""
-        first = max(knot, other.first_knot)
-        count = max(knot + points.shape[1] - 3, other.end_knot, first + 1) - first + 3
-        index = np.minimum(np.arange(count) + first - knot, points.shape[1] - 1)
-        return keeps_apart(points[:, index], other.control(first, count), self.limits.radius + radius)
-
-    def _keeps_apart_from(self, own, other, radius):
-        return bool(self._keep_apart(own.points[None], own.first_knot, other, radius)[0])
-
-    def _parked(self, knot):
-        """Return where peers stand still (P, 2) [m], and how far to keep from them [m]."""
-        standing = [peer.message for peer in self._protocol.peers.values()
-                    if peer.message is not None and peer.message.proposal is None
-                    and peer.message.plan.end_knot <= knot]
-        room = max((message.radius for message in standing), default=0.0)
-        return np.array([message.plan.end for message in standing]).reshape(-1, 2), self.limits.radius + room
+    def _look_around(self, now):
+        """Predict a crowd on the way from what was heard, now and then."""
+        self._cycles += 1
+        if self._cycles % _LOOK_AROUND != 1 or self.is_done or self._mission_start == np.inf:
+            return
+        position = self.state(now)[:2]
+        moving = [other for other in self._neighbours(self._in_force.span) if not other.is_parked]
+        places = np.array([position, *(other.position for other in moving)])
+        goals = np.array([self.k_mod.z_final, *(other.goal for other in moving)])
+        under_way = np.linalg.norm(goals - places, axis=1) > 1.5 * self.limits.radius
+        crowd = None
+        if under_way[0]:
+            crowd = predict_crowd(places[under_way], goals[under_way], self.limits.radius, self.limits.v_max)
+        self._roundabout = updated(self._roundabout, crowd, position, self.limits.radius)
 
     def _message(self, now):
-        in_force = self._in_force(now)
-        path = in_force.states(np.arange(in_force.first_knot, in_force.end_knot + 1) * self.Tc)
-        protocol = self._protocol
+        first = max(int(np.floor(now / self._step)), self.plan.first_knot)
+        plan = splice([self.plan], first)
+        path = plan.states(np.arange(plan.first_knot, plan.end_knot + 1) * self._step)
         return RobotMsg(
             self.is_done, path[:, 0], path[:, 1], self.state(now)[:2], robot_id=self.eyed,
-            boot_epoch=protocol.epoch, sequence=self._sequence, mode=self.mode,
-            plan=in_force, plan_seq=protocol.plan_seq, proposal=protocol.proposal,
-            proposal_seq=0 if protocol.proposal is None else protocol.proposal_seq,
-            radius=self.limits.radius, v_max=self.limits.v_max, omega_max=self.limits.omega_max,
-            a_max=self.limits.a_max, goal=self.k_mod.z_final, links=protocol.links())
+            boot_epoch=self.protocol.epoch, sequence=self.protocol.next_sequence(), mode=self.mode, plan=plan,
+            plan_seq=len(self._plans) - 1, radius=self.limits.radius, v_max=self.limits.v_max,
+            omega_max=self.limits.omega_max, a_max=self.limits.a_max, goal=self.k_mod.z_final,
+            links=self.protocol.links(now), joint=self._coordination.status)
+
+
+class _InForce:
+    """The plan in force as the protocol sees it: what it satisfies, and what can be offered from it."""
+
+    def __init__(self, plan: Plan, radius: float, step: float):
+        self.plan, self.now = plan, plan.first_knot * step
+        self._radius, self._step = radius, step
+
+    @property
+    def span(self):
+        """The span that is being driven."""
+        return max(int(np.floor(self.now / self._step)), self.plan.first_knot)
+
+    def accepts(self, contract: Contract, is_owner: bool) -> bool:
+        # One that begins later than clocks may differ would forbid every commit until then.
+        is_begun = contract.first_span <= self.span + _KNOTS
+        return is_begun and room(contract, self.plan, self.span, is_owner, self._radius) >= -ROUNDING
+
+    def clear_of(self, place: NDArray, radius: float) -> bool:
+        count = max(self.plan.end_knot - self.span, 1) + 3
+        curves = bezier(self.plan.control(self.span, count))
+        fence = fences.of_discs([(np.asarray(place, float), radius)], curves, self._radius)
+        return bool(fence.room(curves).min() >= -ROUNDING)
+
+    def offer(self, contract_id: int, heard: RobotMsg) -> Contract | None:
+        if heard.plan is None or heard.plan.step != self._step:
+            return None
+        contract = build(contract_id, self.plan, heard.plan, max(self.span, heard.plan.first_knot),
+                         self._radius, heard.radius)
+        return contract if contract is not None and self.accepts(contract, True) else None

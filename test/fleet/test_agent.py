@@ -7,8 +7,8 @@ import pytest
 from mobile_planning.errors import InvalidInput, StartOccupied
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
-from mobile_planning.fleet.message import Mode
-from mobile_planning.fleet.scenarios import RobotSpec, Scene
+from mobile_planning.fleet.message import Contracts, Mode
+from mobile_planning.fleet.scene import RobotSpec, Scene
 from mobile_planning.world.environment import Boundary
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -29,12 +29,15 @@ def agent(robot_id=1, on_map=True, epoch=5):
 
 
 def drive(agents, begin, end):
-    """Let the agents talk for a while, in logical time [s]."""
+    """Let the agents talk for a while, in logical time [s]; what falls due in between is said at once."""
     for now in np.arange(begin, end, 0.25):
         for sender in agents:
-            for message in sender.step(now):
-                for agent in agents:
-                    agent.receive(message, now)
+            messages = sender.step(lambda: now)
+            while messages:
+                for message in messages:
+                    for each in agents:
+                        each.receive(message, now)
+                messages = [message for each in agents if each.has_answers for message in each.answers(now)]
 
 
 def test_without_a_map_in_its_scene_it_exists_at_once():
@@ -43,9 +46,9 @@ def test_without_a_map_in_its_scene_it_exists_at_once():
 
 def test_on_a_map_it_waits_for_it_and_is_silent():
     waiting = agent()
-    assert waiting.robot is None and 'map' in waiting.trouble and waiting.step(0.0) == []
+    assert waiting.robot is None and 'map' in waiting.trouble and waiting.step(lambda: 0.0) == []
     waiting.take_map(FREE, 0.0)
-    assert waiting.trouble == '' and len(waiting.step(0.0)) == 1
+    assert waiting.trouble == '' and len(waiting.step(lambda: 0.0)) == 1
 
 
 @pytest.mark.parametrize('order', list(permutations(['map', 'waiting', 'started'])))
@@ -161,12 +164,47 @@ def test_a_mission_of_others_is_not_driven():
 
 def test_the_elder_of_two_with_one_id_says_so():
     elder, younger = agent(1, False, epoch=5), agent(1, False, epoch=6)
-    (message,) = younger.step(0.0)
+    (message,) = younger.step(lambda: 0.0)
     with pytest.raises(InvalidInput, match='robot 1 was started a second time'):
         elder.receive(message, 0.0)
-    for message in elder.step(0.0):
+    for message in elder.step(lambda: 0.0):
         elder.receive(message, 0.0)
         younger.receive(message, 0.0)
+
+
+def test_a_section_that_was_planned_for_too_long_is_dropped():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0))
+    times = iter([1.0, 1.5])
+    (message,) = one.step(lambda: next(times))
+    assert len(one.robot.sol.plans) == 1 and message.plan.end == pytest.approx((1, 1))
+    one.step(lambda: 1.5)
+    assert len(one.robot.sol.plans) == 2
+
+
+@pytest.mark.parametrize('now', [0.0, 0.1, 0.166, 0.169, 0.2, 1.8e9 + 0.17])
+def test_the_next_cycle_is_at_the_preferred_phase_and_neither_at_once_nor_late(now):
+    one = agent(1, False)
+    wait = one.until_cycle(now)
+    assert 0.125 <= wait < 0.375
+    assert (now + wait - one.robot.phase + 0.1) % 0.25 == pytest.approx(0.1, abs=1e-5)
+
+
+def test_what_is_agreed_between_two_steps_passes_through():
+    agents = agent(1, False), agent(2, False)
+    for one in agents:
+        one.follow(Announcement('m', State.STARTED, (1, 2), 0.0))
+    owner, peer = agents
+    for message in peer.step(lambda: 0.0):
+        owner.receive(message, 0.0)
+    assert owner.has_answers
+    (offers,) = owner.answers(0.0)
+    assert isinstance(offers, Contracts) and offers.offers[0].peer_id == 2
+    # The peer believes no offer of somebody whom it has not heard.
+    for message in *owner.step(lambda: 0.01), offers:
+        peer.receive(message, 0.01)
+    assert peer.has_answers and peer.answers(0.01)[0].answers[1].contract
+    assert agent().answers(0.0) == [] and not agent().has_answers
 
 
 def test_a_robot_that_the_scene_does_not_have_is_refused():

@@ -1,7 +1,7 @@
 """Plans against scipy's B-splines, and the proofs of their limits against dense samples."""
 import numpy as np
 import pytest
-from curves import curve, dense, walks
+from curves import curve, dense, turned_at_most, walks
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -10,6 +10,7 @@ from scipy.interpolate import BPoly
 from mobile_planning import InvalidInput
 from mobile_planning.fleet.bspline import (
     MAX_POINTS, Plan, acceleration_bound, bezier, keeps_turn_rate, speed_bound, splice, split)
+from mobile_planning.fleet.bspline_kernels import goes_on
 from mobile_planning.geometry import wrap_angle
 
 COORDINATES = st.floats(-100, 100)
@@ -45,7 +46,6 @@ def test_leading_axes_are_plans_of_their_own():
     assert (bezier(points)[1, 0] == bezier(points[1, 0])).all()
     assert split(bezier(points), 4)[2, 1] == pytest.approx(split(bezier(points[2, 1]), 4))
     assert speed_bound(points, 0.5).shape == acceleration_bound(points, 0.5).shape == (3, 2)
-    assert keeps_turn_rate(points, 0.5, 5.0).shape == (3, 2)
 
 
 # Bounds
@@ -72,18 +72,6 @@ def test_the_speed_bound_is_exact_on_an_even_straight_line(speed, heading, step)
 
 
 # The turn rate
-
-
-def turned_at_most(points, step, omega_max):
-    """Return whether the direction of motion, densely sampled, turns no faster than ``omega_max``, and never jumps."""
-    spline, t = curve(points, step), dense(points, step)
-    velocity, acceleration = spline.derivative(1)(t), spline.derivative(2)(t)
-    moving = np.linalg.norm(velocity, axis=1) > 1e-4
-    t, velocity, acceleration = t[moving], velocity[moving], acceleration[moving]
-    rate = np.abs(velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]) / (velocity**2).sum(axis=1)
-    heading = np.arctan2(velocity[:, 1], velocity[:, 0])
-    change = np.abs(wrap_angle(np.diff(heading)))
-    return rate.max(initial=0) <= omega_max * (1 + 1e-4) and (change <= omega_max * np.diff(t) * 1.001 + 1e-4).all()
 
 
 @settings(max_examples=300)
@@ -131,6 +119,30 @@ def test_a_place_far_from_the_origin_changes_no_verdict():
     points = np.cumsum([[0, 0], [0, 0], [0, 0], [0.1, 0], [0.2, 0.01], [0.2, 0.03], [0.1, 0.02], [0, 0], [0, 0]], 0)
     assert keeps_turn_rate(points, 0.25, 5.0)
     assert keeps_turn_rate(points + (4e5, -9e5), 0.25, 5.0)
+
+
+def is_one_move(points, rest):
+    """Return whether what moves at all moves once, and no step of it points back: `goes_on` in other words."""
+    steps = np.diff(points, axis=0)
+    moves = [index for index, step in enumerate(steps) if np.linalg.norm(step) > rest]
+    return all(after - before <= 2 and steps[before] @ steps[after] > 0 for before, after in zip(moves, moves[1:]))
+
+
+@settings(max_examples=300)
+@given(st.lists(st.sampled_from([(0, 0), (0, 0), (1, 0), (1, 1), (0.5, -0.1), (-1, 0), (0, 1), (1e-9, 0)]), min_size=3,
+                max_size=9))
+def test_the_kernel_that_looks_for_halts_and_turns_back_does_as_it_says(steps):
+    points = np.cumsum([(0, 0), *steps], axis=0).astype(float)
+    assert goes_on(points, 1e-6) == is_one_move(points, 1e-6)
+
+
+@pytest.mark.parametrize('garbage', [np.nan, np.inf])
+def test_what_is_not_finite_is_never_passed(garbage):
+    for index in range(6):
+        points = np.cumsum([0, 0, 0.1, 0.1, 0.1, 0.1])[:, None] * np.array([1.0, 0.5])
+        assert keeps_turn_rate(points, 0.25, 5.0)
+        points[index, 1] = garbage
+        assert not keeps_turn_rate(points, 0.25, 5.0)
 
 
 # Plans
@@ -256,6 +268,54 @@ def test_a_plan_at_rest_stands_at_its_pose():
     plan = Plan.at_rest(7, 0.25, (1.0, 2.0, 3.0))
     assert plan.states(np.array([0, 1.75, 1.9, 99])) == pytest.approx(np.tile([1, 2, 3, 0, 0], (4, 1)), abs=1e-12)
     assert plan.turn_in_place() == 0
+
+
+# Backwards
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
+def test_a_robot_that_may_reverse_sets_out_as_takes_the_smaller_turn(heading, direction, final):
+    assume(abs(abs(wrap_angle(direction - heading)) - np.pi / 2) > 1e-6)
+    plan = Plan(8, 0.25, straight(direction), heading, final, True)
+    is_behind = abs(wrap_angle(direction - heading)) > np.pi / 2
+    ways = np.linspace(11, plan.end_knot - 3, 22)[1:-1] * 0.25
+    states = plan.states(ways)
+    forward = Plan(8, 0.25, straight(direction), heading, final).states(ways)
+    assert states[:, :2] == pytest.approx(forward[:, :2])
+    assert states[:, 3] == pytest.approx(-forward[:, 3] if is_behind else forward[:, 3], abs=1e-9)
+    facing = direction + np.pi * is_behind
+    assert wrap_angle(states[:, 2] - facing) == pytest.approx(0, abs=1e-6)
+    turns = abs(wrap_angle(facing - heading)), abs(wrap_angle(final - facing))
+    assert turns[0] <= np.pi / 2 + 1e-9 and plan.turn_in_place() == pytest.approx(max(turns) / 0.75)
+    assert wrap_angle(plan.state(plan.end_knot * 0.25)[2] - final) == pytest.approx(0, abs=1e-6)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
+def test_the_heading_is_continuous_backwards_too(heading, final):
+    plan = Plan(0, 0.25, straight(0.7), heading, final, True)
+    for knot in (1, 2, 3, 6, plan.end_knot - 3, plan.end_knot):
+        before, at, after = headings_around(plan, knot)
+        assert wrap_angle(np.array([before, after]) - at) == pytest.approx(0, abs=1e-5)
+
+
+@given(walks(8), st.floats(-3.1, 3.1))
+def test_the_velocity_backwards_is_that_of_the_spline(points, heading):
+    plan, t = Plan(0, 0.25, points, heading, reverse=True), dense(points, 0.25, 30)
+    states, velocity = plan.states(t), curve(points, 0.25).derivative(1)(t)
+    along = states[:, 3, None] * np.column_stack([np.cos(states[:, 2]), np.sin(states[:, 2])])
+    moving = np.abs(states[:, 3]) > 1e-5
+    assert along[moving] == pytest.approx(velocity[moving], abs=1e-8)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.integers(0, 12))
+def test_a_splice_of_a_plan_that_reverses_is_the_same_motion(heading, final, first_knot):
+    plan = Plan(0, 0.25, straight(1.0, 2, 4), heading, final, True)
+    for turn in (wrap_angle(1.0 - heading), wrap_angle(final - 1.0)):
+        assume(abs(abs(turn) - np.pi / 2) > 1e-6 and abs(abs(turn) - np.pi) > 1e-6 and abs(turn) > 1e-6)
+    t = np.linspace(first_knot * 0.25, 8, 101)
+    spliced, whole = splice([plan], first_knot).states(t), plan.states(t)
+    assert wrap_angle(spliced[:, 2] - whole[:, 2]) == pytest.approx(0, abs=1e-6)
+    assert spliced[:, [0, 1, 3]] == pytest.approx(whole[:, [0, 1, 3]], abs=1e-6)
 
 
 # Splicing

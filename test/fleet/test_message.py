@@ -1,19 +1,17 @@
-"""RobotMsg and Channel refuse what makes no sense."""
+"""Messages refuse what makes no sense."""
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mobile_planning import InvalidInput, RobotMsg
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.channel import Channel
-from mobile_planning.fleet.message import MAX_LINKS, Link, Mode
+from mobile_planning.fleet.contracts import Contract
+from mobile_planning.fleet.message import MAX_LINKS, Contracts, Death, Link, LinkMode, Mode, Offer
 
 PLAN = Plan.at_rest(3, 0.25, (1.0, 2.0, 0.0))
-GOOD = RobotMsg(False, [1.0], [2.0], [1.0, 2.0], robot_id=1, plan=PLAN, proposal=PLAN, proposal_seq=4,
-                links={2: Link(0, 5, 1)})
+GOOD = RobotMsg(False, [1.0], [2.0], [1.0, 2.0], robot_id=1, plan=PLAN, links={2: Link(1, LinkMode.CON, 5, 6, 7)})
+OFFER = Offer(2, 1, 4, Contract(1, 3, [[1.0, 0.0]], [[0.0] * 4]))
 
 
 def test_the_seed_s_four_fields_alone_are_a_message():
@@ -30,33 +28,48 @@ def test_the_seed_s_four_fields_alone_are_a_message():
     ({'goal': [np.inf, 0.0]}, 'goal'), ({'radius': 0.0}, 'radius'), ({'radius': -1.0}, 'radius'),
     ({'radius': np.nan}, 'radius'), ({'radius': 101.0}, 'radius'), ({'v_max': 0.0}, 'v_max'),
     ({'v_max': np.inf}, 'v_max'), ({'omega_max': -5.0}, 'omega_max'), ({'a_max': np.nan}, 'a_max'),
-    ({'links': {i: Link(0, 0, 0) for i in range(MAX_LINKS + 1)}}, 'links'),
-    ({'proposal': None}, 'proposal_seq'), ({'proposal_seq': 0}, 'proposal_seq'), ({'proposal_seq': -1}, 'proposal_seq'),
-    ({'proposal': Plan.at_rest(3, 0.5, (1.0, 2.0, 0.0))}, 'step')])
+    ({'sequence': -1}, 'sequence'), ({'boot_epoch': 1.5}, 'boot_epoch'), ({'robot_id': 2**70}, 'robot_id'),
+    ({'links': {i: Link() for i in range(MAX_LINKS + 1)}}, 'links')])
 def test_a_message_that_makes_no_sense_is_refused(changed, word):
     with pytest.raises(InvalidInput, match=word):
         replace(GOOD, **changed)
 
 
+def test_a_link_says_nothing_unless_told():
+    assert Link() == Link(0, LinkMode.NONE, 0, 0, -1)
+    assert Link(mode=2).mode is LinkMode.CON
+
+
 @pytest.mark.parametrize('changed, word', [
-    ({'loss': -0.1}, 'loss'), ({'loss': 1.1}, 'loss'), ({'loss': np.nan}, 'loss'), ({'delay': -1.0}, 'delay'),
-    ({'delay': np.inf}, 'delay'),
-    ({'delay': np.nan}, 'delay'), ({'least': -0.1}, 'delay'), ({'least': np.nan}, 'delay')])
-def test_a_channel_that_makes_no_sense_is_refused(changed, word):
+    ({'epoch': -1}, 'epoch'), ({'mode': 4}, 'mode'), ({'contract': -1}, 'contract'), ({'promised': 0.5}, 'promised'),
+    ({'granted': -2}, 'granted'), ({'granted': None}, 'granted')])
+def test_a_link_that_makes_no_sense_is_refused(changed, word):
     with pytest.raises(InvalidInput, match=word):
-        Channel(**changed)
+        Link(**changed)
 
 
-@given(st.floats(0, 1), st.floats(0, 2), st.integers(0, 2**32))
-def test_a_channel_loses_its_share_and_keeps_its_delays(loss, delay, seed):
-    channel, rng = Channel(loss, delay), np.random.default_rng(seed)
-    times = [channel.travel_time(rng) for _ in range(400)]
-    arrived = [time for time in times if time is not None]
-    assert abs(len(arrived) / 400 - (1 - loss)) < 0.15
-    assert all(channel.least <= time <= channel.least + delay for time in arrived)
+@pytest.mark.parametrize('changed, word', [
+    ({'peer_id': -1}, 'peer_id'), ({'peer_epoch': 'new'}, 'peer_epoch'), ({'base_sequence': -1}, 'base_sequence'),
+    ({'contract': None}, 'contract')])
+def test_an_offer_that_makes_no_sense_is_refused(changed, word):
+    with pytest.raises(InvalidInput, match=word):
+        replace(OFFER, **changed)
 
 
-def test_a_channel_without_loss_delivers_all_and_with_full_loss_nothing():
-    rng = np.random.default_rng(0)
-    assert all(Channel().travel_time(rng) == 0.002 for _ in range(100))
-    assert all(Channel(loss=1.0).travel_time(rng) is None for _ in range(100))
+def test_contracts_hold_offers_and_answers_up_to_a_number():
+    message = Contracts(1, 1, 9, [OFFER], {0: Link(1)})
+    assert message.offers == (OFFER,) and message.answers[0].epoch == 1
+    with pytest.raises(InvalidInput, match='offers'):
+        replace(message, offers=[OFFER] * (MAX_LINKS + 1))
+    with pytest.raises(InvalidInput, match='answers'):
+        replace(message, answers={i: Link() for i in range(MAX_LINKS + 1)})
+    with pytest.raises(InvalidInput, match='sequence'):
+        replace(message, sequence=-1)
+
+
+@pytest.mark.parametrize('changed, word', [
+    ({'place': (0.0, np.nan)}, 'place'), ({'place': (0.0,)}, 'place'), ({'issued': np.inf}, 'issued'),
+    ({'radius': 0.0}, 'radius'), ({'radius': np.nan}, 'radius'), ({'robot_id': -1}, 'robot_id')])
+def test_a_certificate_that_makes_no_sense_is_refused(changed, word):
+    with pytest.raises(InvalidInput, match=word):
+        replace(Death(1, 1, (0.0, 0.0), 5.0), **changed)

@@ -11,7 +11,7 @@ from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.message import Link, Mode, RobotMsg
 from mobile_planning.fleet.mission import LEAD, PATIENCE, Mission
-from mobile_planning.fleet.scenarios import RobotSpec, Scene
+from mobile_planning.fleet.scene import RobotSpec, Scene
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.world.environment import Boundary
 
@@ -205,7 +205,7 @@ def test_the_days_that_a_robot_stood_and_waited_are_no_part_of_its_solution():
     way = Plan(4010, 0.25, [[1, 2], [1, 2], [1, 2], [1.2, 2], [1.4, 2], [1.4, 2], [1.4, 2]], 0.5)
     mission.collect(Solution(1, (waited, way)), 7)
     kept = mission.solutions[1]
-    assert kept.t[0] == EPOCH + LEAD and len(kept.t) < 1000
+    assert kept.t[0] == 0 and kept.start_time == EPOCH + LEAD and len(kept.t) < 1000
     assert kept.states(np.array([EPOCH + LEAD]))[0] == pytest.approx([1, 2, 0.5, 0, 0])
     assert kept.plans[1:] == (way,)
 
@@ -232,7 +232,7 @@ def test_why_it_ended_is_in_its_report_unless_all_arrived():
     report = mission.report(scene.bodies(), scene.environment())
     assert not report.valid and report.arrived == 0 and report.violations == ['the mission ended: enough']
     simulation = scene.world_sim()
-    simulation.run(start_time=EPOCH)
+    simulation.run(start_time=EPOCH + LEAD)
     mission = started()
     for solution in simulation.solutions.values():
         mission.collect(solution, 7)

@@ -1,402 +1,339 @@
-"""The safety argument, against an adversary who owns the network, the robots' wishes and the power switch.
+"""The protocol of one robot: what it believes, what it says, and when it lets the robot move."""
+from dataclasses import replace
 
-Robots stand on the cells of a small ring. A plan is the cells that a robot will
-still be in, in order; two plans are apart if they share none. Whatever was ever
-sent may arrive at any time, any number of times, or never. After each event the
-plans in force must be apart. Each rule of the protocol is then left out in turn,
-and the same adversary must find the collision.
-"""
-import random
-from dataclasses import dataclass, replace
-
+import numpy as np
 import pytest
-from hypothesis import settings
-from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+import weakened_sides as weak
 
-from mobile_planning import RobotMsg
+from benchmark import protocol_adversary
+from mobile_planning import InvalidInput, RobotMsg
+from mobile_planning.fleet import protocol as home
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.message import Link
-from mobile_planning.fleet.protocol import Peer, Protocol
-
-CELLS = 8
-
-
-@dataclass(frozen=True)
-class Route:
-    """The cells that a robot will still be in, in order; it stays in the last one."""
-
-    cells: tuple[int, ...]
-    step: float = 1.0
-
-
-def are_apart(own, other, radius):
-    return not set(own.cells) & set(other.cells)
-
-
-class Agent:
-    """A robot that uses the protocol as its docstrings say."""
-
-    protocol = Protocol
-
-    def __init__(self, robot_id, cell, roster):
-        self.sent, self.roster = 0, roster
-        self.side = self.protocol(robot_id, 0, Route((cell,)))
-        self.side.join(roster)
-
-    def hear(self, message, is_bound):
-        self.side.hear(message, are_apart, is_bound)
-
-    def propose(self, at, moves):
-        """Leave the plan at one of its cells, if that keeps apart from the plans that must be kept apart from."""
-        side, cells = self.side, self.side.plan.cells
-        route = [cells[at % len(cells)]]
-        for move in moves:
-            route.append((route[-1] + move) % CELLS)
-        others = [plan for peer in side.peers.values() for plan in peer.plans()]
-        if side.proposal is None and all(are_apart(Route(tuple(route)), other, 0.0) for other in others):
-            side.propose(Route(tuple(route)))
-
-    def commit(self):
-        side = self.side
-        if side.is_promised():
-            cells = side.plan.cells
-            side.commit(Route(cells[:cells.index(side.proposal.cells[0]) + 1] + side.proposal.cells[1:]))
-
-    def withdraw(self):
-        self.side.withdraw()
-
-    def drive(self):
-        """Leave the first cell of the plan, unless it leads there again or the open proposal starts from it."""
-        side, cells = self.side, self.side.plan.cells
-        if len(cells) > 1 and (side.proposal is None or side.proposal.cells[0] in cells[1:]):
-            side.plan = Route(cells[1:])
-
-    def restart(self):
-        """Lose all memory; the body is where it was."""
-        old = self.side
-        self.sent = 0
-        self.side = self.protocol(old.robot_id, old.epoch + 1, Route(old.plan.cells[:1]))
-        self.side.join(self.roster)
-
-    def message(self):
-        side, self.sent = self.side, self.sent + 1
-        return RobotMsg(False, [], [], [0.0, 0.0], robot_id=side.robot_id, boot_epoch=side.epoch, sequence=self.sent,
-                        plan=side.plan, plan_seq=side.plan_seq, proposal=side.proposal,
-                        proposal_seq=0 if side.proposal is None else side.proposal_seq, links=side.links())
-
-
-class Fleet:
-    """Robots, and everything that was ever said."""
-
-    def __init__(self, agent=Agent, robots=3, is_bound=True):
-        cells = [index * CELLS // robots for index in range(robots)]
-        self.agents = [agent(index + 1, cell, list(range(1, robots + 1))) for index, cell in enumerate(cells)]
-        self.said, self.is_bound, self.commits = [], is_bound, 0
-
-    def collision(self):
-        """Return the plans in force of two robots that are not apart, None if all are."""
-        plans = [agent.side.plan for agent in self.agents]
-        return next(((a, b) for i, a in enumerate(plans) for b in plans[:i] if not are_apart(a, b, 0.0)), None)
-
-    def event(self, rng, restarts):
-        """Let the adversary do one thing."""
-        agent = rng.choice(self.agents)
-        chance = rng.random()
-        if chance < restarts:
-            agent.restart()
-        elif chance < 0.25:
-            self.said.append(agent.message())
-        elif chance < 0.75 and self.said:
-            # Mostly what was said of late, sometimes anything.
-            recent = self.said[-12:] if rng.random() < 0.8 else self.said
-            agent.hear(rng.choice(recent), self.is_bound)
-        elif chance < 0.83:
-            agent.propose(rng.randrange(9), [rng.choice((-1, 1)) for _ in range(rng.randrange(1, 4))])
-        elif chance < 0.92:
-            before = agent.side.plan
-            agent.commit()
-            self.commits += agent.side.plan is not before
-        elif chance < 0.94:
-            agent.withdraw()
-        else:
-            agent.drive()
+from mobile_planning.fleet.contracts import Contract
+from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer
+from mobile_planning.fleet.protocol import REPEAT, Protocol
 
+PLACES = {1: (0.0, 0.0), 2: (2.0, 0.0), 3: (0.0, 2.0)}
 
-def first_collision(agent, seeds, events=600, **fleet):
-    """Return (seed, event) at which two plans in force are no longer apart, None if that never happens."""
-    for seed in seeds:
-        rng, world = random.Random(seed), Fleet(agent, **fleet)
-        restarts = rng.choice([0.0, 0.002, 0.01])
-        for event in range(events):
-            world.event(rng, restarts)
-            if world.collision():
-                return seed, event
-    return None
 
+class Yielding:
+    """A geometry that agrees to all, or to nothing."""
+
+    def __init__(self, agrees=True):
+        self.agrees = agrees
 
-@pytest.mark.parametrize('robots', [2, 3, 4])
-@pytest.mark.parametrize('is_bound', [True, False])
-def test_no_adversary_brings_two_plans_in_force_together(robots, is_bound):
-    assert first_collision(Agent, range(60), robots=robots, is_bound=is_bound) is None
+    def accepts(self, contract, is_owner):
+        return self.agrees
 
-
-def test_the_adversary_lets_robots_get_somewhere():
-    world, rng = Fleet(), random.Random(1)
-    for _ in range(8000):
-        world.event(rng, 0.0)
-    assert world.commits > 20
-
-
-class Machine(RuleBasedStateMachine):
-    """The same adversary, led by hypothesis, which shrinks what it finds."""
-
-    agents = st.integers(0, 2)
-
-    def __init__(self):
-        super().__init__()
-        self.fleet = Fleet()
-
-    @rule(who=agents)
-    def speak(self, who):
-        self.fleet.said.append(self.fleet.agents[who].message())
-
-    @precondition(lambda self: self.fleet.said)
-    @rule(who=agents, back=st.integers(0, 30), everyone=st.booleans())
-    def deliver(self, who, back, everyone):
-        message = self.fleet.said[max(len(self.fleet.said) - 1 - back, 0)]
-        for agent in self.fleet.agents if everyone else [self.fleet.agents[who]]:
-            agent.hear(message, True)
-
-    @rule(who=agents, at=st.integers(0, 8), moves=st.lists(st.sampled_from([-1, 1]), min_size=1, max_size=3))
-    def propose(self, who, at, moves):
-        self.fleet.agents[who].propose(at, moves)
-
-    @rule(who=agents)
-    def commit(self, who):
-        self.fleet.agents[who].commit()
-
-    @rule(who=agents)
-    def withdraw(self, who):
-        self.fleet.agents[who].withdraw()
-
-    @rule(who=agents)
-    def drive(self, who):
-        self.fleet.agents[who].drive()
-
-    @rule(who=agents)
-    def restart(self, who):
-        self.fleet.agents[who].restart()
-
-    @invariant()
-    def plans_in_force_are_apart(self):
-        assert self.fleet.collision() is None
-
-
-Machine.TestCase.settings = settings(max_examples=60, stateful_step_count=50, deadline=None)
-TestMachine = Machine.TestCase
-
-
-# What is left out must be missed
-
-
-class PromisesWithoutLookingAtItsProposal(Protocol):
-    def _can_promise(self, message, apart):
-        return apart(self.plan, message.proposal, message.radius)
-
-
-class PromisesWithoutLookingAtItsPlan(Protocol):
-    def _can_promise(self, message, apart):
-        return self.proposal is None or apart(self.proposal, message.proposal, message.radius)
-
-
-class CommitsWithoutPromises(Protocol):
-    def is_promised(self):
-        return self.proposal is not None
-
-
-class CommitsOnTheFirstPromise(Protocol):
-    def is_promised(self):
-        return self.proposal is not None and self.proposal_seq in self.promised_by.values()
-
-
-class CommitsOnPromisesOfOtherProposals(Protocol):
-    def is_promised(self):
-        return self.proposal is not None and all(self.promised_by.get(peer) for peer in self.peers)
-
-
-class ForgetfulPeer(Peer):
-    def plans(self):
-        return [] if self.message is None else [self.message.plan]
-
-
-class ForgetsItsPromisesAndNeverGivesWay(Protocol):
-    """Either rule alone would do; both spare the robots proposals that nobody can promise."""
-
-    def join(self, roster):
-        self.peers = {peer: ForgetfulPeer() for peer in roster if peer != self.robot_id}
-
-    def withdraw(self):
-        pass
-
-
-def agent_with(rules):
-    return type(rules.__name__, (Agent,), {'protocol': rules})
-
-
-class IgnoresEpochs(Agent):
-    """Takes a promise to the robot that ran before its restart for its own."""
-
-    def hear(self, message, is_bound):
-        links = {peer: Link(self.side.epoch, link.heard, link.promised) for peer, link in message.links.items()}
-        super().hear(replace(message, links=links), is_bound)
-
-
-class CommitsWhatItHasWithdrawn(Agent):
-    """Remembers a withdrawn proposal and drives it when the last promise comes in."""
-
-    lapsed = None
-
-    def withdraw(self):
-        if self.side.proposal is not None:
-            self.lapsed = self.side.proposal
-        super().withdraw()
-
-    def commit(self):
-        side = self.side
-        if side.proposal is None and self.lapsed is not None and self.lapsed.cells[0] in side.plan.cells:
-            side.proposal = self.lapsed
-            super().commit()
-            side.proposal = None
-        super().commit()
-
-
-WEAK = [*map(agent_with, (
-    PromisesWithoutLookingAtItsProposal, PromisesWithoutLookingAtItsPlan, CommitsWithoutPromises,
-    CommitsOnTheFirstPromise, CommitsOnPromisesOfOtherProposals, ForgetsItsPromisesAndNeverGivesWay)),
-    IgnoresEpochs, CommitsWhatItHasWithdrawn]
-
-
-@pytest.mark.parametrize('agent', WEAK, ids=lambda agent: agent.__name__)
-def test_without_one_of_its_rules_the_adversary_wins(agent):
-    assert first_collision(agent, range(300)) is not None
-
-
-# Single rules
-
-
-def robot(robot_id, cell, epoch=0):
-    side = Protocol(robot_id, epoch, Route((cell,)))
-    side.join([1, 2])
-    return side
-
-
-def said(side, sequence):
-    return RobotMsg(False, [], [], [0.0, 0.0], robot_id=side.robot_id, boot_epoch=side.epoch, sequence=sequence,
-                    plan=side.plan, proposal=side.proposal,
-                    proposal_seq=0 if side.proposal is None else side.proposal_seq, links=side.links())
-
-
-def exchange(one, two, sequence):
-    """Let two robots hear each other's newest word; return whether each was news."""
-    words = said(one, sequence), said(two, sequence)
-    return one.hear(words[1], are_apart, True), two.hear(words[0], are_apart, True)
-
-
-def test_a_proposal_that_keeps_apart_is_promised_and_committed():
-    one, two = robot(1, 0), robot(2, 4)
-    one.propose(Route((0, 1)))
-    exchange(one, two, 1)
-    assert not one.is_promised()
-    exchange(one, two, 2)
-    assert one.is_promised()
-    one.commit(Route((0, 1)))
-    assert one.plan.cells == (0, 1) and one.plan_seq == 1 and one.proposal is None and not one.is_promised()
-
-
-def test_a_proposal_into_another_s_place_is_never_promised():
-    one, two = robot(1, 0), robot(2, 2)
-    one.propose(Route((0, 1, 2)))
-    for sequence in range(1, 5):
-        exchange(one, two, sequence)
-    assert not one.is_promised()
-
-
-@pytest.mark.parametrize('sequence', [1, 2])
-def test_of_two_clashing_proposals_the_lower_id_s_stands(sequence):
-    one, two = robot(1, 0), robot(2, 2)
-    one.propose(Route((0, 1)))
-    two.propose(Route((2, 1)))
-    exchange(one, two, 1)
-    assert two.proposal is None and one.proposal is not None
-    exchange(one, two, 2)
-    assert one.is_promised() and not two.is_promised()
-
-
-def test_a_promise_is_kept_until_a_newer_message_shows_that_the_proposal_has_lapsed():
-    one, two = robot(1, 0), robot(2, 4)
-    one.propose(Route((0, 1)))
-    exchange(one, two, 1)
-    assert [plan.cells for plan in two.peers[1].plans()] == [(0,), (0, 1)]
-    one.withdraw()
-    assert len(two.peers[1].plans()) == 2
-    exchange(one, two, 2)
-    assert [plan.cells for plan in two.peers[1].plans()] == [(0,)]
-
-
-def test_own_stale_and_foreign_messages_and_those_without_a_plan_are_ignored_and_counted():
-    one, two, three = robot(1, 0), robot(2, 4), Protocol(3, 0, Route((7,)))
-    newer = said(two, 5)
-    assert one.hear(newer, are_apart, True)
-    for message in (newer, said(two, 4), said(one, 9), said(three, 1), RobotMsg(False, [], [], [0, 0], robot_id=2),
-                    replace(newer, sequence=6, plan=replace(newer.plan, step=0.5))):
-        assert not one.hear(message, are_apart, True)
-    assert one.ignored == 6 and one.peers[2].message is newer
-
-
-def test_a_restarted_peer_is_heard_before_the_mission_and_ignored_during_it():
-    one = robot(1, 0)
-    assert one.hear(said(robot(2, 4), 8), are_apart, True)
-    assert not one.hear(said(robot(2, 5, epoch=1), 1), are_apart, True)
-    assert one.hear(said(robot(2, 5, epoch=1), 1), are_apart, False)
-    assert not one.hear(said(robot(2, 4, epoch=0), 9), are_apart, False)
-
-
-def test_a_promise_to_a_peer_does_not_outlive_its_restart():
-    one, two = robot(1, 0), robot(2, 4)
-    two.propose(Route((4, 5)))
-    one.hear(said(two, 1), are_apart, False)
-    assert one.peers[2].promised == 1
-    again = robot(2, 4, epoch=1)
-    again.propose(Route((4, 5, 6, 7, 8, 0)))
-    one.hear(said(again, 1), are_apart, False)
-    assert one.peers[2].promised == 0 and one.links()[2] == Link(1, 1, 0)
-
-
-def test_a_promise_to_the_robot_before_its_restart_is_not_taken_for_one_s_own():
-    one, two = robot(1, 0), robot(2, 4)
-    two.propose(Route((4, 5)))
-    one.hear(said(two, 1), are_apart, True)
-    again = robot(2, 4, epoch=1)
-    again.propose(Route((4, 3, 2, 1, 0)))
-    again.hear(said(one, 2), are_apart, True)
-    assert not again.is_promised()
-
-
-def test_a_commit_needs_the_promise_of_everybody_on_the_roster():
-    one, two = robot(1, 0), robot(2, 4)
-    one.join([1, 2, 3])
-    one.propose(Route((0, 1)))
-    exchange(one, two, 1)
-    exchange(one, two, 2)
-    assert not one.is_promised()
-    one.join([1, 2])
-    assert one.is_promised()
-
-
-def test_a_robot_alone_needs_nobody_s_promise():
-    side = Protocol(7, 0, Plan.at_rest(0, 0.25, (0, 0, 0)))
-    side.join([7])
-    assert not side.is_promised()
-    side.propose(Plan.at_rest(3, 0.25, (0, 0, 0)))
-    assert side.is_promised()
+    def clear_of(self, place, radius):
+        return self.agrees
+
+    def offer(self, contract_id, heard):
+        return Contract(contract_id, 0, [[1.0, 0.0]], [[0.0] * 4]) if self.agrees else None
+
+
+def robot(number, epoch=1, agrees=True, roster=(1, 2), **options):
+    """Return a protocol that has joined."""
+    made = Protocol(number, epoch, Yielding(agrees), **options)
+    made.join(roster)
+    return made
+
+
+def says(protocol, now, moving=False):
+    """Return the message of a cycle."""
+    place = PLACES[protocol.robot_id]
+    points = np.tile(place, (6, 1)) + (np.array([[0.0, 0], [0, 0], [0, 1], [0, 2], [0, 2], [0, 2]]) if moving else 0)
+    number = protocol.next_sequence()
+    protocol.sent(number, now)
+    return RobotMsg(False, [0.0], [0.0], place, robot_id=protocol.robot_id, boot_epoch=protocol.epoch, sequence=number,
+                    plan=Plan(0, 0.25, points), links=protocol.links(now))
+
+
+def agreed(now=0.0, **options):
+    """Return an owner and a peer with a contract and a lease."""
+    owner, peer = robot(1, **options), robot(2, **options)
+    for one, other in ((peer, owner), (owner, peer)):
+        other.hear(says(one, now), now)
+    peer.hear(owner.due(now), now)
+    owner.hear(peer.due(now), now)
+    peer.hear(says(owner, now), now)
+    return owner, peer
+
+
+def mode(protocol, other=None):
+    return protocol.links(0.0)[other or 3 - protocol.robot_id].mode
+
+
+def test_before_anything_is_agreed_nobody_moves():
+    for number in (1, 2):
+        assert not robot(number).may_move(0.0, True) and not robot(number).may_move(0.0, False)
+    assert robot(1, roster=[1]).may_move(0.0, True)
+
+
+def test_an_offer_and_an_answer_bind_both_and_let_both_move():
+    owner, peer = agreed()
+    assert mode(owner) is mode(peer) is LinkMode.CON
+    assert [(contract.id, is_owner) for contract, is_owner in owner.bound()] == [(1, True)]
+    assert [(contract.id, is_owner) for contract, is_owner in peer.bound()] == [(1, False)]
+    assert owner.may_move(0.0, True) and peer.may_move(0.0, True)
+
+
+def test_an_owner_is_bound_before_its_offer_is_sent():
+    owner, peer = robot(1), robot(2)
+    owner.hear(says(peer, 0.0), 0.0)
+    assert owner.bound() == [] and owner.has_due
+    offers = owner.due(0.0).offers
+    assert [(offer.peer_id, offer.peer_epoch, offer.base_sequence) for offer in offers] == [(2, 1, 1)]
+    assert [contract for contract, _ in owner.bound()] == [offers[0].contract]
+
+
+def test_a_peer_that_does_not_pass_its_own_test_takes_the_offer_once_it_does():
+    owner, peer = robot(1), robot(2, agrees=False)
+    owner.hear(says(peer, 0.0), 0.0)
+    peer.hear(says(owner, 0.0), 0.0)
+    peer.hear(owner.due(0.0), 0.0)
+    assert peer.bound() == [] and peer.due(0.0).answers[1] == Link(1, LinkMode.NONE, 0, 0)
+    peer._geometry.agrees = True
+    peer.committed(0.1)
+    assert mode(peer) is LinkMode.CON and peer.due(0.1).answers[1] == Link(1, LinkMode.CON, 1, 1)
+
+
+def test_an_open_offer_is_said_again_after_a_while_and_no_more_than_three_are_open():
+    owner, peer = robot(1), robot(2)
+    owner.hear(says(peer, 0.0), 0.0)
+    first = owner.due(0.0).offers[0].contract.id
+    assert owner.due(0.1) is None and owner.due(REPEAT).offers[0].contract.id == first
+    seen = []
+    for cycle in range(1, 8):
+        owner.hear(says(peer, float(cycle)), float(cycle))
+        seen.append(owner.due(float(cycle)).offers[0].contract.id)
+    assert seen == [2, 3, 3, 3, 3, 3, 3] and len(owner.bound()) == 3
+
+
+def test_one_acknowledgement_stands_for_all_that_were_lost():
+    owner, peer = robot(1), robot(2)
+    for cycle in (1.0, 2.0, 3.0):
+        owner.hear(says(peer, cycle), cycle)
+        message = owner.due(cycle)
+    peer.hear(says(owner, 2.0), 2.0)
+    peer.hear(message, 2.0)
+    answer = peer.due(2.0)
+    assert owner.hear(answer, 2.0) and [contract.id for contract, _ in owner.bound()] == [3]
+    assert not owner.hear(answer, 2.1)
+
+
+def test_what_is_own_foreign_old_or_incomplete_is_ignored_and_counted():
+    owner, peer = agreed()
+    message = says(peer, 0.5)
+    assert owner.hear(message, 0.5)
+    before = owner.bound(), owner.links(0.5)
+    bad = [message, replace(message, robot_id=1), replace(message, robot_id=9), replace(message, sequence=1),
+           replace(message, boot_epoch=0, sequence=99), replace(message, plan=None, sequence=99),
+           Contracts(9, 1, 99), Contracts(1, 1, 99), Contracts(2, 0, 99), Death(9, 1, (0, 0), 9.0),
+           Death(2, 0, (0, 0), 9.0)]
+    for count, each in enumerate(bad, 1):
+        assert not owner.hear(each, 0.6)
+        assert owner.ignored == count
+    assert (owner.bound(), owner.links(0.5)) == before
+
+
+def test_offers_and_answers_for_others_change_nothing():
+    owner, peer = agreed()
+    before = peer.bound(), peer.links(0.0)
+    other = Contract(9, 0, [[1.0, 0.0]], [[0.0] * 4])
+    for offer in (Offer(3, 1, 1, other), Offer(2, 7, 1, other)):
+        assert not peer.hear(Contracts(1, 1, 50, [offer]), 0.0)
+    assert not owner.hear(Contracts(2, 1, 50, [Offer(1, 1, 1, other)], {3: Link(1, LinkMode.CON, 9, 9)}), 0.0)
+    assert not owner.hear(Contracts(2, 1, 50, [], {1: Link(4, LinkMode.CON, 1, 9)}), 0.0)
+    assert (peer.bound(), peer.links(0.0)) == before
+
+
+def test_a_peer_at_rest_departs_only_on_a_fresh_grant_and_one_that_moves_needs_none():
+    owner, peer = agreed(lease=3.0)
+    assert peer.may_move(2.9, True) and not peer.may_move(3.0, True) and peer.may_move(3.0, False)
+    assert owner.may_move(100.0, True)
+    # A grant that quotes an old message is an old one, whenever it arrives.
+    peer.hear(says(owner, 9.0), 9.0)
+    assert not peer.may_move(9.0, True)
+    owner.hear(says(peer, 9.5), 9.5)
+    peer.hear(says(owner, 9.6), 9.6)
+    assert peer.may_move(12.4, True)
+
+
+def test_a_silent_peer_seen_at_rest_for_a_whole_plan_becomes_a_disc_for_its_owner_alone():
+    owner, peer = agreed(lease=3.0, rest_time=2.0)
+    for now in np.arange(0, 5.2, 0.25):
+        for one in (owner, peer):
+            one.observe({3 - one.robot_id: (PLACES[3 - one.robot_id], 0.0)}, now)
+    assert mode(owner) is LinkMode.CON
+    for now in np.arange(5.25, 5.8, 0.25):
+        for one in (owner, peer):
+            one.observe({3 - one.robot_id: (PLACES[3 - one.robot_id], 0.0)}, now)
+    assert mode(owner) is LinkMode.STATIC and mode(peer) is LinkMode.CON
+    (place, radius), = owner.discs()
+    assert place.tolist() == [2, 0] and radius == 0.2 and owner.bound() == []
+    owner.committed(6.0)
+    assert owner.due(6.0) is None
+    owner.hear(says(peer, 6.1), 6.1)
+    assert owner.due(6.1).offers and mode(owner) is LinkMode.STATIC
+
+
+@pytest.mark.parametrize('disturb', ['it moves', 'it speaks', 'it is out of sight', 'nobody looks'])
+def test_a_peer_is_no_disc_if_its_rest_is_not_seen_without_a_break(disturb):
+    owner, peer = agreed(lease=3.0, rest_time=2.0)
+    for now in np.arange(0, 6, 0.25):
+        speed = 0.1 if disturb == 'it moves' and now == 5.0 else 0.0
+        if disturb == 'it speaks' and now == 5.0:
+            owner.hear(says(peer, now), now)
+        if disturb == 'nobody looks' and 4.5 < now < 5.3:
+            continue
+        owner.observe({} if disturb == 'it is out of sight' and now == 5.0 else {2: (PLACES[2], speed)}, now)
+    assert mode(owner) is LinkMode.CON
+
+
+def test_a_restarted_robot_is_a_disc_until_it_has_agreed_anew():
+    owner, peer = agreed()
+    again = robot(2, epoch=2)
+    assert owner.hear(says(again, 1.0), 1.0)
+    assert mode(owner) is LinkMode.STATIC and owner.bound() == [] and owner.may_move(1.0, True)
+    assert not owner.hear(says(peer, 1.0), 1.0), 'its former life is over'
+    assert not again.may_move(1.0, True)
+    again.hear(says(owner, 1.1), 1.1)
+    again.hear(owner.due(1.1), 1.1)
+    owner.hear(again.due(1.1), 1.1)
+    assert mode(owner) is mode(again) is LinkMode.CON and owner.discs() == []
+
+
+def test_a_restart_is_not_believed_of_a_robot_that_moves_or_stands_in_the_way():
+    owner, _ = agreed()
+    again = robot(2, epoch=2)
+    assert not owner.hear(says(again, 1.0, moving=True), 1.0)
+    owner._geometry.agrees = False
+    assert not owner.hear(says(again, 1.0), 1.0)
+    assert mode(owner) is LinkMode.CON and owner.ignored == 2
+
+
+def test_two_robots_that_have_agreed_on_nothing_are_no_discs_for_each_other():
+    one = robot(1)
+    for epoch in (7, 8):
+        two = robot(2, epoch=epoch)
+        one.hear(says(two, 0.0), 0.0)
+        two.hear(says(one, 0.0), 0.0)
+        assert mode(one) is mode(two) is LinkMode.NONE
+
+
+def test_an_offer_of_a_new_life_of_the_owner_is_taken_at_once():
+    _, peer = agreed()
+    again = robot(1, epoch=2)
+    again.hear(says(peer, 1.0), 1.0)
+    assert peer.hear(again.due(1.0), 1.0)
+    assert mode(peer) is LinkMode.CON and peer.links(1.0)[1].epoch == 2 and not peer.may_move(1.0, True)
+
+
+def test_who_is_switched_on_later_is_a_disc_at_its_dock_and_itself_waits():
+    others, late = robot(1), robot(2)
+    others.join((1, 2), {2: (PLACES[2], 0.3)})
+    assert others.may_move(0.0, True) and others.discs()[0][1] == 0.3 and not late.may_move(0.0, True)
+    others.hear(says(late, 1.0), 1.0)
+    others.join((1, 2), {2: ((9.0, 9.0), 0.3)})
+    assert mode(others) is LinkMode.STATIC and others.discs()[0][0].tolist() == [2, 0]
+
+
+@pytest.mark.parametrize('death, is_believed', [
+    (Death(2, 1, PLACES[2], 5.0), True), (Death(2, 7, PLACES[2], 5.0), True), (Death(2, 1, PLACES[2], 1.0), False)])
+def test_a_certificate_counts_if_it_is_younger_than_the_own_boot(death, is_believed):
+    owner, peer = agreed(born=1.0)
+    assert owner.hear(death, 6.0) is is_believed and peer.hear(replace(death, robot_id=1), 6.0) is is_believed
+    for one in (owner, peer):
+        assert (mode(one) is LinkMode.STATIC) is is_believed
+    if is_believed:
+        assert not owner.hear(says(peer, 6.0), 6.0) and owner.due(6.0) is None
+        assert not owner.hear(death, 7.0)
+
+
+def test_a_certificate_needs_a_radius_a_free_place_and_no_newer_life():
+    fresh = robot(1)
+    assert not fresh.hear(Death(2, 1, PLACES[2], 5.0), 6.0)
+    fresh._geometry.agrees = False
+    assert not fresh.hear(Death(2, 1, PLACES[2], 5.0, radius=0.2), 6.0)
+    fresh._geometry.agrees = True
+    assert fresh.hear(Death(2, 1, PLACES[2], 5.0, radius=0.2), 6.0) and fresh.discs()[0][1] == 0.2
+    owner, _ = agreed()
+    owner.hear(says(robot(2, epoch=3), 1.0), 1.0)
+    assert not owner.hear(Death(2, 2, PLACES[2], 5.0), 6.0)
+
+
+def see(one, other, x, now):
+    """Let two robots look, the second ``x`` [m] away from the first."""
+    one.observe({other.robot_id: ((x, 0.0), 0.1)}, now, (0.0, 0.0))
+    other.observe({one.robot_id: ((0.0, 0.0), 0.1)}, now, (x, 0.0))
+
+
+def test_far_apart_a_contract_lapses_and_nearby_another_one_is_needed():
+    owner, peer = robot(1, sensor_range=5.0), robot(2, sensor_range=5.0)
+    see(owner, peer, 4.0, 0.0)
+    for one, other in ((peer, owner), (owner, peer)):
+        other.hear(says(one, 0.2), 0.2)
+    peer.hear(owner.due(0.2), 0.2)
+    owner.hear(peer.due(0.2), 0.2)
+    peer.hear(says(owner, 0.2), 0.2)
+    assert owner.may_move(0.2, False) and peer.may_move(0.2, False)
+    see(owner, peer, 6.5, 0.4)
+    assert mode(owner) is mode(peer) is LinkMode.CON and owner.may_move(0.4, False)
+    see(owner, peer, 4.9, 0.6)
+    assert not owner.may_move(0.6, False) and not peer.may_move(0.6, False), 'the other may have given it up'
+    see(owner, peer, 7.1, 0.8)
+    assert mode(owner) is mode(peer) is LinkMode.FAR and owner.bound() == peer.bound() == []
+    assert owner.may_move(0.8, True) and peer.may_move(0.8, True)
+    owner.committed(0.8)
+    assert owner.due(0.8) is None, 'no offers that far'
+    see(owner, peer, 4.9, 1.0)
+    assert not owner.may_move(1.0, True) and not peer.may_move(1.0, True)
+    owner.hear(says(peer, 1.1), 1.1)
+    peer.hear(owner.due(1.1), 1.1)
+    owner.hear(peer.due(1.1), 1.1)
+    assert owner.may_move(1.1, False) and peer.may_move(1.1, False)
+
+
+def test_whoever_has_heard_the_other_may_move_out_of_its_sight():
+    one, two = robot(1, sensor_range=5.0), robot(2, sensor_range=5.0)
+    see(one, two, 20.0, 0.0)
+    assert not one.may_move(0.0, True)
+    for _ in range(2):
+        one.hear(says(two, 0.0), 0.0)
+        two.hear(says(one, 0.0), 0.0)
+    assert mode(one) is mode(two) is LinkMode.FAR and one.may_move(0.0, True) and two.may_move(0.0, True)
+
+
+def test_with_a_sensor_nobody_moves_who_has_not_looked_or_sees_a_stranger():
+    alone = robot(1, roster=[1], sensor_range=5.0)
+    assert not alone.may_move(0.0, True)
+    alone.observe({7: ((4.9, 0.0), 0.0)}, 1.0, (0.0, 0.0))
+    assert not alone.may_move(1.0, True)
+    alone.observe({7: ((5.1, 0.0), 0.0)}, 1.2, (0.0, 0.0))
+    assert alone.may_move(1.2, True) and not alone.may_move(1.8, True)
+
+
+@pytest.mark.parametrize('changed', [{'epoch': 0}, {'lease': 0.0}, {'rest_time': -1.0}, {'sensor_range': np.nan},
+                                     {'margin': 0.0}, {'gap': -1.0}])
+def test_a_protocol_that_makes_no_sense_is_refused(changed):
+    with pytest.raises(InvalidInput):
+        Protocol(1, changed.pop('epoch', 1), Yielding(), **changed)
+
+
+def test_no_two_plans_ever_overlap_whatever_the_network_and_the_schedule_do():
+    counts, least = protocol_adversary.run(120_000)
+    assert least >= -1e-6
+    for what in ('commits', 'departures', 'delivered', 'offers', 'conversions', 'lapses', 'kill', 'start', 'certify',
+                 'cut', 'part'):
+        assert counts[what] > 0, what
+
+
+@pytest.mark.parametrize('sides', [
+    {'OwnerSide': weak.DropsAllButTheAcknowledged}, {'OwnerSide': weak.BindsItselfWhenAcknowledged},
+    {'PeerSide': weak.ForgetsItsPromise}, {'PeerSide': weak.NeedsNoLease}], ids=str)
+def test_the_adversary_finds_what_is_wrong_with_weaker_rules(sides, monkeypatch):
+    for name, side in sides.items():
+        monkeypatch.setattr(home, name, side)
+    with pytest.raises(protocol_adversary.Collision):
+        protocol_adversary.run(200_000)

@@ -1,12 +1,16 @@
 """One robot at a time: what it refuses, says and drives, and that its clock may show any time."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from missions import ROOM, SWAP, exchange, robot
+from missions import ROOM, SWAP, exchange, mission, robot
 from mobile_planning import (
     Boundary, GoalOccupied, InvalidInput, NoPath, OccupancyGrid, PolygonObstacle, Robot, RobotMsg, RoundObstacle,
     StartOccupied, UnicycleKineModel)
+from mobile_planning.fleet import qp
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan
-from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.contracts import ROUNDING, room
+from mobile_planning.fleet.message import Contracts, Mode
 from mobile_planning.geometry import wrap_angle
 
 WALL = PolygonObstacle([(4.9, -1), (5.1, -1), (5.1, 7), (4.9, 7)])
@@ -38,14 +42,29 @@ def largest_rates(solution):
 
 @pytest.mark.parametrize('options', [
     {'rho': 0.0}, {'rho': -0.2}, {'rho': np.nan}, {'rho': 101.0}, {'margin': -0.01}, {'margin': np.nan}, {'Tc': 0.0},
-    {'Tc': np.nan}, {'Tc': 11.0, 'Tp': 50.0}, {'Tp': 0.5}, {'Tp': 26.0}, {'Tp': np.nan}, {'Tp': np.inf}])
+    {'Tc': np.nan}, {'Tc': 11.0, 'Tp': 50.0}, {'Tp': 0.5}, {'Tp': 12.6}, {'Tp': np.nan}, {'Tp': np.inf},
+    {'budget': -0.1}, {'budget': np.nan}, {'budget': 3.0}, {'sensor_range': 0.0}, {'sensor_range': np.nan},
+    {'sensor_range': 4.0}, {'epoch': 0}])
 def test_a_parameter_out_of_its_range_is_refused(options):
-    with pytest.raises(InvalidInput, match='out of range'):
+    with pytest.raises(InvalidInput, match='out of range|is below'):
         robot(1, *SWAP[0], **options)
 
 
+@pytest.mark.parametrize('options, words', [
+    ({'method': 'proposals'}, 'known is contracts'), ({'solver': 'simplex'}, 'simplex')])
+def test_a_method_or_solver_that_is_not_known_is_refused(options, words):
+    with pytest.raises(InvalidInput, match=words):
+        robot(1, *SWAP[0], **options)
+
+
+@pytest.mark.parametrize('speeds', [{'u_init': (0.5, 0)}, {'u_final': (0.1, 0)}])
+def test_a_robot_that_does_not_start_and_end_at_rest_is_refused(speeds):
+    with pytest.raises(InvalidInput, match='from rest to rest'):
+        Robot(1, UnicycleKineModel(*SWAP[0], **speeds), [], ROOM)
+
+
 @pytest.mark.parametrize('start, goal, error', [
-    ((5, 3, 0), (9, 3, 0), StartOccupied), ((0.205, 3, 0), (9, 3, 0), StartOccupied),
+    ((5, 3, 0), (9, 3, 0), StartOccupied), ((0.2049, 3, 0), (9, 3, 0), StartOccupied),
     ((-5, 3, 0), (9, 3, 0), StartOccupied), ((1, 3, 0), (5, 3, 0), GoalOccupied),
     ((1, 3, 0), (9, 5.9, 0), GoalOccupied), ((1, 3, 0), (9, 99, 0), GoalOccupied)])
 def test_a_start_or_goal_without_room_for_the_body_is_refused(start, goal, error):
@@ -103,6 +122,12 @@ def test_each_robot_keeps_its_own_limits(u_max, a_max):
     assert speed <= u_max[0] + 1e-6 and acceleration <= a_max[0] + 1e-3 and turn <= u_max[1] + 1e-2
 
 
+def test_a_sluggish_robot_sets_out_too():
+    agent = robot(1, (1, 3, 0.0), (2, 3, 0.0), u_max=(1.0, 5.0), a_max=(0.05, 10.0), Tc=0.1)
+    drive_alone(agent, 40.0)
+    assert agent.is_done and largest_rates(agent.sol)[1] <= 0.05 + 1e-3
+
+
 @pytest.mark.parametrize('omega_max', np.pi / np.array([0.5, 0.75, 1.0, 1.25, 1.5, 1.75]))
 def test_a_turn_that_takes_a_whole_number_of_spans_is_made(omega_max):
     agent = robot(1, (1, 3, np.pi), (5, 3, 0.0), u_max=(1.0, omega_max))
@@ -124,7 +149,7 @@ def test_a_turn_at_the_goal_that_fills_many_plans_is_made():
     assert largest_rates(agent.sol)[2] <= 0.2 + 1e-3
 
 
-@pytest.mark.parametrize('Tc, Tp', [(0.05, 2.0), (0.1, 3.0), (0.5, 4.0), (1.0, 8.0)])
+@pytest.mark.parametrize('Tc, Tp', [(0.05, 1.0), (0.1, 3.0), (0.5, 4.0), (1.0, 8.0)])
 def test_a_robot_arrives_with_any_cycle(Tc, Tp):
     agent = robot(1, *SWAP[0], Tc=Tc, Tp=Tp)
     drive_alone(agent, 40.0)
@@ -153,7 +178,7 @@ def test_without_a_mission_a_robot_stays_and_speaks():
     agent = robot(1, *SWAP[0])
     messages = [agent.step(0.25 * cycle)[0] for cycle in range(8)]
     assert [message.sequence for message in messages] == list(range(1, 9))
-    assert all(message.proposal is None and not message.dp for message in messages)
+    assert not any(message.dp or np.ptp(message.plan.points, axis=0).any() for message in messages)
 
 
 # What is said
@@ -169,7 +194,7 @@ def test_a_message_says_where_the_robot_is_and_how_it_goes_on():
         assert message.lz == pytest.approx(agent.state(now)[:2])
         t = now + np.linspace(0, 6, 61)
         assert message.plan.states(t)[:, :3] == pytest.approx(agent.sol.states(t)[:, :3], abs=1e-9)
-        knots = np.arange(message.plan.first_knot, message.plan.end_knot + 1) * 0.25
+        knots = np.arange(message.plan.first_knot, message.plan.end_knot + 1) * message.plan.step
         assert np.column_stack([message.ip_z1, message.ip_z2]) == pytest.approx(message.plan.states(knots)[:, :2])
 
 
@@ -183,27 +208,46 @@ def test_done_is_said_when_the_robot_is_at_its_goal_and_at_rest():
     assert message.dp and message.mode is Mode.DONE
 
 
-def test_what_peers_hear_is_what_is_driven_however_many_sections_are_committed_ahead():
-    # Nobody hears anybody for 8 s, so all propose far ahead; then every cycle commits a section.
-    robots = [robot(1, (1, 1, 0), (9, 1, 0), Tc=0.1), robot(2, (1, 5, 0), (9, 5, 0), Tc=0.1)]
+def test_what_peers_hear_is_what_is_driven():
+    robots = [robot(1, (1, 1, 0), (9, 1, 0)), robot(2, (1, 5, 0), (9, 5, 0))]
     for one in robots:
         one.start([1, 2], 0.0)
-    ahead = 0
-    for now, sender, (message,) in exchange(robots, 12.0, delivers=lambda now: now > 8.0, step=0.1):
+    for now, sender, messages in exchange(robots, 12.0, delivers=lambda now: not 2.0 < now < 4.0):
         t = now + np.linspace(0, 8, 81)
-        assert message.plan.states(t)[:, :2] == pytest.approx(sender.sol.states(t)[:, :2], abs=1e-9)
-        ahead = max(ahead, sum(plan.first_knot * 0.1 > now for plan in sender.sol.plans))
-    assert ahead > 6
+        assert messages[0].plan.states(t)[:, :2] == pytest.approx(sender.sol.states(t)[:, :2], abs=1e-9)
+    assert all(one.is_done for one in robots)
 
 
-@pytest.mark.parametrize('Tc, Tp', [(0.02, 1.0), (0.02, 2.0)])
-def test_with_a_short_cycle_and_a_bad_network_a_plan_still_fits_into_a_message(Tc, Tp):
-    robots = [robot(1, (1, 1, 0), (3, 1, 0), Tc=Tc, Tp=Tp), robot(2, (1, 5, 0), (3, 5, 0), Tc=Tc, Tp=Tp)]
+def test_all_numbers_of_messages_grow_in_the_order_in_which_they_are_sent():
+    robots = [robot(index + 1, *poses) for index, poses in enumerate(SWAP)]
     for one in robots:
         one.start([1, 2], 0.0)
-    for _, _, (message,) in exchange(robots, 4.5, delivers=lambda now: now > 4.0, step=Tc):
-        assert len(message.plan.points) <= MAX_POINTS
-    assert all(len(one.sol.plans) > 1 for one in robots)
+    said = {1: [], 2: []}
+    for _, sender, messages in exchange(robots, 4.0):
+        said[sender.eyed] += [message.sequence for message in messages]
+    assert all(numbers == sorted(set(numbers)) for numbers in said.values())
+
+
+@pytest.mark.parametrize('since', [0.0, 1.8e9 + 0.1])
+def test_a_cycle_at_the_preferred_phase_is_just_in_time_for_a_knot(since):
+    agent = robot(1, *SWAP[0], start_time=since, budget=0.08)
+    assert 0 <= agent.phase < agent.Tc
+    agent.start([1], since)
+    now = np.ceil(since / agent.Tc) * agent.Tc + agent.phase
+    section = agent.plan_section(now)
+    left = section.first_knot * agent.plan.step - now
+    assert 0.08 <= left <= 0.085
+
+
+@pytest.mark.parametrize('options', [{'Tc': 0.02, 'Tp': 1.0, 'budget': 0.2}, {'Tc': 0.1, 'Tp': 5.0}])
+def test_the_longest_plan_fits_into_a_message(options):
+    agent = robot(1, (1, 3, 0), (9, 3, 2), u_max=(1.0, 0.5), **options)
+    agent.start([1], 0.0)
+    longest = 0
+    for cycle in range(30):
+        message, = agent.step(cycle * agent.Tc)
+        longest = max(longest, len(message.plan.points))
+    assert 100 < longest <= MAX_POINTS
 
 
 def test_a_robot_whose_way_is_lost_stands_and_speaks_on(monkeypatch):
@@ -221,16 +265,16 @@ def test_a_robot_whose_way_is_lost_stands_and_speaks_on(monkeypatch):
 def test_messages_that_do_not_count_are_ignored_and_counted():
     agent, peer = robot(1, *SWAP[0]), robot(2, *SWAP[1])
     agent.start([1, 2], 0.0)
-    word, = peer.step(0.0)
+    word = peer.step(0.0)[0]
     assert agent.receive(word, 0.0) and not agent.receive(word, 0.1)
-    own, = agent.step(0.0)
+    own = agent.step(0.0)[0]
     assert not agent.receive(own, 0.1)
-    stranger, = robot(9, *SWAP[1]).step(0.0)
+    stranger = robot(9, *SWAP[1]).step(0.0)[0]
     assert not agent.receive(stranger, 0.1)
     assert agent.ignored == 3 and list(agent.heard()) == [2]
 
 
-def test_a_robot_does_not_move_before_it_has_the_promise_of_all():
+def test_a_robot_does_not_move_before_it_has_an_agreement_with_all():
     one, two = robot(1, *SWAP[0]), robot(2, (9, 5, 0), (1, 5, 0))
     one.start([1, 2, 3], 0.0)
     two.start([1, 2, 3], 0.0)
@@ -247,18 +291,190 @@ def test_a_stopped_robot_comes_to_rest_and_stays():
     end = agent.plan.end
     for now in np.arange(3, 9, 0.25):
         message, = agent.step(now)
-        assert message.proposal is None and message.mode is Mode.STOPPED
+        assert message.mode is Mode.STOPPED and message.plan.end == pytest.approx(end)
     assert agent.state(9.0)[:2] == pytest.approx(end) and agent.state(9.0)[3] == pytest.approx(0, abs=1e-9)
     assert not agent.is_done
 
 
-def test_a_stopped_robot_still_promises_to_stay_clear():
+def test_a_stopped_robot_still_makes_room_for_others_by_its_contracts():
     one, two = robot(1, (1, 5, 0), (9, 5, 0)), robot(2, *SWAP[0])
     for agent in (one, two):
         agent.start([1, 2], 0.0)
     two.stop()
     list(exchange([one, two], 14.0))
     assert one.is_done and not two.is_done
+
+
+# What is committed
+
+
+def under_way(count=6):
+    """Return a robot that drives alone, and the time of its next cycle."""
+    agent = robot(1, *SWAP[0])
+    agent.start([1], 0.0)
+    for cycle in range(count):
+        agent.step(cycle * agent.Tc)
+    return agent, count * agent.Tc
+
+
+def test_planning_changes_nothing_until_it_is_committed():
+    agent, now = under_way()
+    before = agent.plan, len(agent.sol.plans)
+    section = agent.plan_section(now)
+    assert section.new is not None and (agent.plan, len(agent.sol.plans)) == before
+    agent.commit(section, now)
+    assert agent.plan is not before[0] and len(agent.sol.plans) == before[1] + 1
+
+
+def test_a_section_that_comes_too_late_is_dropped_and_the_robot_speaks_on():
+    agent, now = under_way()
+    section, plans = agent.plan_section(now), len(agent.sol.plans)
+    late = section.first_knot * agent.plan.step
+    message, = agent.commit(section, late)
+    assert len(agent.sol.plans) == plans and message.plan.states(np.array([late + 1]))[0] == pytest.approx(
+        agent.state(late + 1))
+    agent.step(late)
+    assert len(agent.sol.plans) == plans + 1
+
+
+def test_nothing_is_answered_between_planning_and_commit():
+    robots = [robot(index + 1, *poses) for index, poses in enumerate(SWAP)]
+    for one in robots:
+        one.start([1, 2], 0.0)
+    owner, peer = robots
+    owner.receive(peer.step(0.0)[0], 0.0)
+    section = owner.plan_section(0.1)
+    assert not owner.has_answers and owner.answers(0.1) == []
+    message = owner.commit(section, 0.15)[1]
+    assert isinstance(message, Contracts) and message.offers
+
+
+def test_a_section_planned_before_a_contract_was_bound_keeps_to_it_when_it_is_committed():
+    # Each drives towards the other; the section is planned alone and committed among contracts.
+    robots = [robot(index + 1, *poses) for index, poses in enumerate(SWAP)]
+    for one in robots:
+        one.start([1, 2], 0.0)
+    for now, sender, _ in exchange(robots, 12.0):
+        bound = sender.protocol.bound
+        sender.protocol.bound = lambda: []
+        section = sender.plan_section(now + 0.05)
+        sender.protocol.bound = bound
+        sender.commit(section, now + 0.06)
+        assert_contracts_hold(sender, now + 0.06)
+        for message in sender.answers(now + 0.06):
+            for peer in robots:
+                peer.receive(message, now + 0.06)
+
+
+@pytest.mark.parametrize('angle, is_driven', [(0.0, True), (0.01, False), (1.0, False), (np.pi, False)])
+def test_a_section_that_would_set_out_sideways_is_dropped(angle, is_driven):
+    agent = robot(1, *SWAP[0])
+    agent.start([1], 0.0)
+    section = agent.plan_section(0.0)
+    way = np.cumsum([0, 0, 0, *np.full(len(section.old) - 6, 0.005), 0, 0, 0])
+    new = section.old[0] + way[:, None] * np.array([np.cos(angle), np.sin(angle)])
+    agent.commit(replace(section, new=new), 0.0)
+    assert (len(agent.sol.plans) == 2) is is_driven
+
+
+def assert_contracts_hold(agent, now):
+    """Check that the plan in force keeps to every contract that binds the robot, from now on and for ever."""
+    span = int(np.floor(now / agent.plan.step))
+    for contract, is_owner in agent.protocol.bound():
+        assert room(contract, agent.plan, max(span, agent.plan.first_knot), is_owner, agent.limits.radius) >= -ROUNDING
+
+
+def garbage(kind):
+    """Return what replaces ``QuadraticProgram.solve``: a solver that gives no good answer, at least now and then."""
+    rng, honest = np.random.default_rng(5), qp.QuadraticProgram.solve
+
+    def solve(program, gradient, rows, bounds, *rest):
+        count = len(gradient)
+        result = honest(program, gradient, rows, bounds, *rest)
+        if kind == 'none':
+            return qp.QPResult(None, 'infeasible')
+        if kind == 'now and then none':
+            return result if rng.random() < 0.5 else qp.QPResult(None, 'limit')
+        if kind == 'noise':
+            return qp.QPResult(rng.normal(size=count) * 10.0**rng.integers(-3, 4), 'solved')
+        if kind == 'a little wrong' and result.x is not None:
+            return qp.QPResult(result.x + rng.normal(size=count) * 0.01, 'limit')
+        if kind == 'without constraints':
+            return honest(program, gradient, np.zeros((0, count)), np.zeros(0))
+        return qp.QPResult(np.full(count, {'nan': np.nan, 'inf': np.inf, 'huge': 1e300}.get(kind, 0.0)), 'solved')
+    return solve
+
+
+@pytest.mark.parametrize('kind', ['none', 'now and then none', 'noise', 'a little wrong', 'without constraints', 'nan',
+                                  'inf', 'huge', 'zero'])
+def test_whatever_the_solver_answers_no_contract_and_no_limit_is_broken(monkeypatch, kind):
+    pillar = RoundObstacle((5, 3.4), 0.5)
+    ways = [*SWAP, ((5, 1, 1.5), (5, 5, 1.5))]
+    simulation = mission([robot(index + 1, *poses, obstacles=[pillar]) for index, poses in enumerate(ways)], [pillar])
+    monkeypatch.setattr(qp.QuadraticProgram, 'solve', garbage(kind))
+    report = simulation.run(seed=1, timeout=6.0)
+    assert not simulation.breaches
+    assert [violation for violation in report.violations if 'goal' not in violation and 'arrive' not in violation] == []
+    assert report.messages > 3 * 6 / 0.25 * 0.8, 'they speak on'
+
+
+def test_after_bad_answers_of_the_solver_it_drives_on():
+    agent, now = under_way()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(qp.QuadraticProgram, 'solve', garbage('nan'))
+        for cycle in range(30):
+            agent.step(now + cycle * agent.Tc)
+    assert not agent.is_done and agent.state(now + 8)[3] == pytest.approx(0, abs=1e-9)
+    drive_alone(agent, 30.0, now + 30 * agent.Tc)
+    assert agent.is_done
+
+
+def test_with_osqp_it_arrives_as_well():
+    agent = robot(1, (1, 3, 0), (3, 4, 0), solver='osqp')
+    drive_alone(agent, 40.0)
+    assert agent.is_done
+
+
+# Backwards
+
+
+def test_a_robot_that_may_reverse_backs_up_to_a_goal_behind_it():
+    agent = robot(1, (5, 3, 0.0), (4, 3, 0.0), reverse=True)
+    drive_alone(agent, 20.0)
+    states = agent.sol.states(agent.sol.t)
+    assert agent.is_done and states[:, 3].min() < -0.5 and states[:, 3].max() < 1e-9
+    assert np.abs(wrap_angle(states[:, 2])).max() < 0.05
+    assert largest_rates(agent.sol)[2] <= 5.0 + 1e-2
+
+
+@pytest.mark.parametrize('heading', [0.3, 1.3, 2.0, 3.0])
+def test_a_robot_that_may_reverse_keeps_its_limits_and_its_heading_never_jumps(heading):
+    agent = robot(1, (1, 3, heading), (9, 4, 1.0), reverse=True, obstacles=[RoundObstacle((5, 3), 0.6)])
+    drive_alone(agent, 40.0)
+    speed, acceleration, turn = largest_rates(agent.sol)
+    assert agent.is_done and speed <= 1.0 + 1e-6 and acceleration <= 2.0 + 1e-3 and turn <= 5.0 + 1e-2
+
+
+# A process that is started again
+
+
+def test_a_restarted_robot_is_another_one_where_the_body_rests():
+    agent, now = under_way()
+    end = agent.plan.end_knot * agent.plan.step
+    other = agent.restarted(2, end + 1)
+    assert other.state(end + 1) == pytest.approx([*agent.plan.end, agent.state(end)[2], 0, 0], abs=1e-9)
+    assert other.protocol.epoch == 2 and other.mode is Mode.WAITING and not other.heard()
+    assert (other.limits, other.Tc) == (agent.limits, agent.Tc)
+    assert (other.k_mod.q_final == agent.k_mod.q_final).all()
+    drive_alone(other, 30.0, end + 1)
+    assert other.is_done
+
+
+def test_a_restarted_robot_keeps_its_options():
+    agent = robot(1, *SWAP[0], rho=0.3, margin=0.02, Tc=0.5, Tp=4.0, reverse=True, sensor_range=40.0)
+    other = agent.restarted(3, 1.0)
+    assert (other.rho, other.limits.radius, other.Tc, other.sensor_range) == (0.3, 0.32, 0.5, 40.0)
+    assert other.plan.step == agent.plan.step and other._reverse
 
 
 # Any clock
@@ -273,7 +489,7 @@ def test_a_mission_at_another_time_is_the_same_mission(since):
         assert agent.is_done
         return agent.sol
     early, late = drive(0.0), drive(since)
-    shift = int(np.ceil(since * 4))
+    shift = 2 * int(np.ceil(since * 4))
     assert [plan.first_knot + shift for plan in early.plans][1:] == [plan.first_knot for plan in late.plans][1:]
     for before, after in zip(early.plans, late.plans):
         assert (before.points == after.points).all()
@@ -296,9 +512,12 @@ def test_the_boundary_is_kept_by_the_body_not_by_its_centre():
     assert agent.is_done and agent.sol.y.min() >= 0.205 - 1e-6
 
 
-def test_a_robot_with_hardly_any_room_at_start_and_goal_arrives():
-    agent = robot(1, (0.2011, 3, 0), (9, 5.7989, 0), margin=0.0)
-    drive_alone(agent, 30.0)
+@pytest.mark.parametrize('start, goal', [
+    ((0.2011, 3, 0), (9, 5.7989, 0)), ((0.2, 3, 0), (9, 5.8, 0)), ((1, 0.2, 0), (9, 0.2, 0)),
+    ((9.8, 0.2, 2), (0.2, 5.8, 1))])
+def test_a_robot_with_hardly_any_room_at_start_and_goal_arrives(start, goal):
+    agent = robot(1, start, goal, margin=0.0)
+    drive_alone(agent, 40.0)
     assert agent.is_done
 
 

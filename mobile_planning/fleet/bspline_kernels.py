@@ -1,0 +1,78 @@
+"""Inner loops of plans.
+
+Every function has an explicit signature: it is compiled, or read from numba's cache, when this module is imported.
+"""
+import numpy as np
+from numba import b1, f8, i8, njit, types
+
+POINTS = types.Array(f8, 2, 'C', readonly=True)
+
+
+@njit(b1(POINTS, f8, f8, i8), nogil=True, cache=True)
+def keeps_turn_rate(points, step, omega_max, pieces):
+    """Return whether ``omega_max |z'|^2 -/+ z' x z''`` has no negative Bernstein coefficient on any piece of any span.
+
+    On a span the velocity has the Bernstein points a, b, c, halfway between, at, and halfway between the steps of the
+    control polygon; a piece of it has the points of the two cuts.
+    """
+    velocity = np.empty((3, 2))
+    for span in range(len(points) - 3):
+        largest = 0.0
+        lowest = np.inf
+        for piece in range(pieces):
+            u, w = piece / pieces, (piece + 1) / pieces
+            for axis in range(2):
+                p = (points[span + 1, axis] - points[span, axis]) / step
+                q = (points[span + 2, axis] - points[span + 1, axis]) / step
+                r = (points[span + 3, axis] - points[span + 2, axis]) / step
+                a, b, c = (p + q) / 2, q, (q + r) / 2
+                # The polar form of the quadratic at (u, u), (u, w), (w, w).
+                velocity[0, axis] = (1 - u) * ((1 - u) * a + u * b) + u * ((1 - u) * b + u * c)
+                velocity[1, axis] = (1 - w) * ((1 - u) * a + u * b) + w * ((1 - u) * b + u * c)
+                velocity[2, axis] = (1 - w) * ((1 - w) * a + w * b) + w * ((1 - w) * b + w * c)
+            rate = 2 * pieces / step
+            v0x, v0y, v1x, v1y = velocity[0, 0], velocity[0, 1], velocity[1, 0], velocity[1, 1]
+            v2x, v2y = velocity[2, 0], velocity[2, 1]
+            a0x, a0y, a1x, a1y = rate * (v1x - v0x), rate * (v1y - v0y), rate * (v2x - v1x), rate * (v2y - v1y)
+            # Velocity (degree 2) times acceleration (degree 1), raised to degree 4.
+            c0 = v0x * a0y - v0y * a0x
+            c1 = (v0x * a1y - v0y * a1x + 2 * (v1x * a0y - v1y * a0x)) / 3
+            c2 = (2 * (v1x * a1y - v1y * a1x) + v2x * a0y - v2y * a0x) / 3
+            c3 = v2x * a1y - v2y * a1x
+            cross = (c0, (c0 + 3 * c1) / 4, (c1 + c2) / 2, (3 * c2 + c3) / 4, c3)
+            room = (omega_max * (v0x * v0x + v0y * v0y), omega_max * (v0x * v1x + v0y * v1y),
+                    omega_max * (2 * (v1x * v1x + v1y * v1y) + v0x * v2x + v0y * v2y) / 3,
+                    omega_max * (v1x * v2x + v1y * v2y), omega_max * (v2x * v2x + v2y * v2y))
+            for k in range(5):
+                lowest = min(lowest, room[k] - abs(cross[k]))
+                largest = max(largest, abs(room[k]) + abs(cross[k]))
+        # Rounding of the terms, of which the largest sets the scale.
+        if not lowest >= -1e-13 * largest:
+            return False
+    return True
+
+
+@njit(b1(POINTS, f8), nogil=True, cache=True)
+def goes_on(points, rest):
+    """Return whether the motion is one move, and no step of it points back from the last one.
+
+    Steps shorter than ``rest`` [m] are none; one without length between two others slows the robot down and does not
+    stop it.
+    """
+    departures, previous, gap = 0, -1, 0
+    for index in range(len(points) - 1):
+        x, y = points[index + 1, 0] - points[index, 0], points[index + 1, 1] - points[index, 1]
+        length2 = x * x + y * y
+        # Not a number either.
+        if not length2 < np.inf:
+            return False
+        if length2 <= rest * rest:
+            gap += 1
+            continue
+        if previous < 0 or gap > 1:
+            departures += 1
+        elif ((points[previous + 1, 0] - points[previous, 0]) * x
+                + (points[previous + 1, 1] - points[previous, 1]) * y) <= 0:
+            return False
+        previous, gap = index, 0
+    return departures <= 1

@@ -1,0 +1,168 @@
+"""Moving-line contracts: what two robots agree on, so that each may plan alone and they never meet.
+
+Of two robots the one with the lower id is the *owner*, the other the *peer*. On
+each span of the time axis a contract has one line, which moves along its normal
+during the span: its place is a cubic polynomial with four Bernstein coefficients,
+the offsets. After the last span the line stands still. The owner keeps its radius
+on one side of it, the peer its own on the other: on a span with Bezier points b,
+
+    owner: n . b_k >= offset_k + r_owner      peer: n . b_k <= offset_k - r_peer
+
+Added up, n . (b_owner - b_peer)_k >= r_owner + r_peer for all four k, and so at
+every instant, for the Bernstein weights are not negative and add up to 1.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from operator import index
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.bspline import MAX_POINTS, Plan
+
+#: What rounding may take of a room [m].
+ROUNDING = 1e-9
+MAX_SPANS = 2 * MAX_POINTS
+#: Ids and spans are whole numbers below this, which 64 bits hold.
+MAX_NUMBER = 2**62
+
+
+@dataclass(frozen=True, eq=False)
+class Contract:
+    """One moving line.
+
+    Attributes
+    ----------
+    id : int
+        From 1 on; an owner never uses one twice in one life of its process.
+    first_span : int
+        Span k lasts from knot k to knot k + 1. Before the first nothing is agreed.
+    normals : (L, 2) ndarray
+        Unit vectors that point from the peer to the owner, one a span.
+    offsets : (L, 4) ndarray [m]
+
+    Raises
+    ------
+    InvalidInput
+        A number is not finite or out of its range, or a normal has not the length 1.
+    """
+
+    id: int
+    first_span: int
+    normals: NDArray[np.float64]
+    offsets: NDArray[np.float64]
+
+    def __post_init__(self):
+        from mobile_planning.fleet import contract_kernels as kernels
+
+        try:
+            number, first_span = index(self.id), index(self.first_span)
+            normals, offsets = np.array(self.normals, dtype=float), np.array(self.offsets, dtype=float)
+        except (TypeError, ValueError):
+            raise InvalidInput('a contract has a whole id and first span, and normals and offsets that are numbers, '
+                               f'not {self.id!r}, {self.first_span!r}, {self.normals!r}, {self.offsets!r}') from None
+        if not (0 < number < MAX_NUMBER and abs(first_span) < MAX_NUMBER):
+            raise InvalidInput(f'the id {number} or the first span {first_span} of a contract is out of range')
+        spans = len(normals) if normals.ndim == 2 else 0
+        if not 1 <= spans <= MAX_SPANS or normals.shape != (spans, 2) or offsets.shape != (spans, 4):
+            raise InvalidInput(f'a contract has normals (L, 2) and offsets (L, 4), L from 1 to {MAX_SPANS}, '
+                               f'not {normals.shape} and {offsets.shape}')
+        if not kernels.are_lines(normals, offsets, 1e-9, 1e7):
+            raise InvalidInput('normals must have the length 1, offsets must be finite and within 1e7 m')
+        normals.flags.writeable = offsets.flags.writeable = False
+        for name, value in (('id', number), ('first_span', first_span), ('normals', normals), ('offsets', offsets)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def last_span(self) -> int:
+        """The last span on which the line moves."""
+        return self.first_span + len(self.normals) - 1
+
+    def lines(self, first_span: int, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the normals (count, 2) and offsets (count, 4) [m] of ``count`` spans from ``first_span`` on.
+
+        Raises
+        ------
+        ValueError
+            The contract has not begun at ``first_span``.
+        """
+        if first_span < self.first_span:
+            raise ValueError(f'span {first_span} lies before the first of the contract, {self.first_span}')
+        wanted = np.arange(count) + min(first_span - self.first_span, len(self.normals))
+        at = np.minimum(wanted, len(self.normals) - 1)
+        offsets = self.offsets[at]
+        offsets[wanted >= len(self.normals)] = self.offsets[-1, 3]
+        return self.normals[at], offsets
+
+
+def build(contract_id: int, owner_plan: Plan, peer_plan: Plan, first_span: int, owner_radius: float,
+          peer_radius: float) -> Contract | None:
+    """Return the contract between two plans that shares what room they leave equally; None if they come too close.
+
+    Each line lies across the shortest way between the two on its span.
+
+    Parameters
+    ----------
+    contract_id : int
+    owner_plan, peer_plan : Plan
+        None is returned too if they have different steps, or end too far apart for a contract.
+    first_span : int
+        Not before either plan.
+    owner_radius, peer_radius : float [m]
+
+    Raises
+    ------
+    ValueError
+        One of the plans begins after ``first_span``.
+    """
+    from mobile_planning.fleet import contract_kernels as kernels
+
+    owner_from, peer_from = _place(owner_plan, first_span), _place(peer_plan, first_span)
+    count = max(owner_plan.end_knot, peer_plan.end_knot, first_span + 1) - first_span
+    if owner_plan.step != peer_plan.step or count > MAX_SPANS:
+        return None
+    normals, offsets = np.empty((count, 2)), np.empty((count, 4))
+    if not kernels.draw_lines(owner_plan.points, owner_from, peer_plan.points, peer_from, owner_radius, peer_radius,
+                              2 * ROUNDING, normals, offsets):
+        return None
+    return Contract(contract_id, first_span, normals, offsets)
+
+
+def room(contract: Contract, plan: Plan, first_span: int, is_owner: bool, radius: float) -> float:
+    """Return how far [m] ``plan`` stays beyond its side of ``contract``, from ``first_span`` on and for ever.
+
+    The plan satisfies the contract if this is not below ``-ROUNDING``.
+
+    Parameters
+    ----------
+    contract : Contract
+    plan : Plan
+    first_span : int
+        Spans before it, or before the contract, do not count.
+    is_owner : bool
+        Whose plan it is.
+    radius : float [m]
+        Of the plan's robot.
+
+    Raises
+    ------
+    ValueError
+        The plan begins after the first span that counts.
+    """
+    from mobile_planning.fleet import contract_kernels as kernels
+
+    first = max(first_span, contract.first_span)
+    count = max(plan.end_knot, contract.last_span + 1) - first + 1
+    line = min(first - contract.first_span, len(contract.normals))
+    distance = kernels.least_distance(plan.points, _place(plan, first), contract.normals, contract.offsets, line,
+                                      max(count, 1), 1.0 if is_owner else -1.0)
+    return distance - radius
+
+
+def _place(plan, span):
+    """Return which of the plan's spans is ``span``; a number past its end stands for all those at rest."""
+    if span < plan.first_knot:
+        raise ValueError(f'span {span} lies before the first of the plan, {plan.first_knot}')
+    return min(span - plan.first_knot, len(plan.points))

@@ -1,0 +1,155 @@
+"""One horizon: from the plan in force to the next one, among fences, towards a reference.
+
+A robot on the move goes on; one at rest turns and departs; one whose goal lies
+within the horizon arrives there as soon as it can. What comes out is proved by
+`shorten`, wherever it came from.
+"""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.fleet import fences
+from mobile_planning.fleet.bspline import bezier, keeps_turn_rate
+from mobile_planning.fleet.fences import Fences
+from mobile_planning.fleet.section import Departure, Limits, SectionProblem, shorten
+from mobile_planning.geometry import wrap_angle
+from mobile_planning.world.convex_pieces import ConvexPieces
+
+#: Static obstacles farther than this [m] are left to `shorten`, and so are all but so many of the nearest.
+_LOOK, _NEAREST = 1.5, 4
+#: A robot at rest that would set out within this [rad] of its heading sets out along its heading.
+_AHEAD = 0.35
+#: A robot at rest does not set out for less than this [m], and then towards where it is so far away.
+_WORTH, _SETS_OUT = 0.01, 0.05
+
+
+class Horizon:
+    """Plans one robot's sections.
+
+    Parameters
+    ----------
+    limits : Limits
+    step : float [s]
+        Between knots.
+    spans : int
+        Length of a section.
+    goal : (2,) ndarray [m]
+    pieces : ConvexPieces
+        The static world.
+    solver : str
+        Of `QuadraticProgram`.
+    reverse : bool
+        Whether the robot may drive backwards.
+    """
+
+    def __init__(self, limits: Limits, step: float, spans: int, goal: NDArray, pieces: ConvexPieces, *,
+                 solver: str = 'active_set', reverse: bool = False):
+        self._limits, self._step, self._spans = limits, step, spans
+        self._goal, self._pieces, self._reverse = goal, pieces, reverse
+        self._problem = SectionProblem(limits, step, spans, solver)
+
+    def plan(self, old: NDArray, heading: float, reference: NDArray,
+             own: Fences) -> tuple[NDArray[np.float64] | None, float]:
+        """Return control points (n, 2) [m] that go on from ``old`` and keep to all fences, None to keep ``old``.
+
+        The second result is the heading [rad] to turn to on the spot first, where the turn before a departure takes
+        longer than a section; else NaN.
+
+        Parameters
+        ----------
+        old : (n, 2) ndarray [m]
+            The plan in force from the first knot on.
+        heading : float [rad]
+            At the first knot.
+        reference : (n - 3, 2) ndarray [m]
+            Where to be at the knots after the first.
+        own : Fences
+            Of the other robots.
+        """
+        curves = bezier(old)
+        near = fences.of_pieces(self._pieces, curves, self._limits.radius, np.minimum(self._problem.reach, _LOOK),
+                                _NEAREST)
+        known = own + near
+        departure = None
+        if not np.ptp(old[:3], axis=0).any():
+            departure = self._departure(old, heading, reference, known)
+            if departure is None:
+                return None, np.nan
+            if departure.hold > self._problem.longest_hold:
+                return np.repeat(old[:1], 4, axis=0), departure.heading
+        new = self._solve(old, reference, known, departure)
+        if departure is not None and not self._is_drivable(new):
+            new = self._problem.solve(old, reference, known, replace(departure, is_straight=True))
+        if new is None:
+            return None, np.nan
+        ahead = bezier(new)
+        box = np.array([np.minimum(curves.min(axis=1), ahead.min(axis=1)),
+                        np.maximum(curves.max(axis=1), ahead.max(axis=1))])
+        touched = fences.of_pieces(self._pieces, curves, self._limits.radius, box)
+        new = shorten(old, new, own + touched, self._limits, self._step)
+        if new is old or departure is not None and np.linalg.norm(new[-1] - old[2]) < _WORTH:
+            return None, np.nan
+        return new, np.nan
+
+    def _is_drivable(self, new):
+        return new is not None and keeps_turn_rate(new, self._step, self._limits.omega_max)
+
+    def _solve(self, old, reference, known, departure):
+        """Return the soonest plan that ends at the goal, or else the one that follows ``reference`` best."""
+        goal = self._goal
+        if np.linalg.norm(reference[-1] - goal) > 1e-6:
+            return self._problem.solve(old, reference, known, departure)
+        resting = rest_index(old) if np.array_equal(old[-1], goal) else self._spans + 1
+        least = max(3, 2 + int(np.ceil(np.linalg.norm(goal - old[2]) / (self._limits.v_max * self._step))))
+        best, low, high = None, least, resting - 1
+        while low <= high:
+            index = (low + high) // 2
+            new = self._problem.solve(old, reference, known, departure, arrival=(index, goal))
+            if not self._is_drivable(new):
+                low = index + 1
+            else:
+                best, high = new, index - 1
+        if best is None and resting > self._spans:
+            return self._problem.solve(old, reference, known, departure)
+        return best
+
+    def _departure(self, old, heading, reference, known):
+        """Return how a robot at rest at the first knot sets out, None if it has nowhere to go."""
+        leading = _leading_rest(old)
+        if leading < len(old):
+            direction = old[leading] - old[2]
+            return Departure(direction / np.linalg.norm(direction), leading - 3)
+        free = self._problem.solve(old, reference, known)
+        if free is None:
+            return None
+        way = free - old[2]
+        left = np.linalg.norm(way, axis=1)
+        if left.max() < _WORTH:
+            return None
+        # Where it is to go, not the very first step: among others that may be no step at all.
+        first = np.argmax(left > min(_SETS_OUT, 0.5 * left.max()))
+        direction = way[first] / left[first]
+        turn = float(wrap_angle(np.arctan2(direction[1], direction[0]) - heading))
+        backward = self._reverse and abs(turn) > np.pi / 2 + 1e-9
+        if backward:
+            turn = float(wrap_angle(turn + np.pi))
+        if abs(turn) <= _AHEAD:
+            side = -1.0 if backward else 1.0
+            return Departure(side * np.array([np.cos(heading), np.sin(heading)]), 0, heading)
+        hold = int(np.ceil(abs(turn) / (self._limits.omega_max * self._step) + 1e-6))
+        return Departure(direction, hold, float(wrap_angle(heading + turn)))
+
+
+def rest_index(points: NDArray) -> int:
+    """Return the index from which all control points (n, 2) are equal."""
+    differ = np.flatnonzero((points != points[-1]).any(axis=1))
+    return int(differ[-1]) + 1 if len(differ) else 0
+
+
+def _leading_rest(points):
+    """Return the index of the first control point that differs from its first one; their number if none does."""
+    differ = np.flatnonzero((points != points[0]).any(axis=1))
+    return int(differ[0]) if len(differ) else len(points)
