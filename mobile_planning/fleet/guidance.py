@@ -1,20 +1,61 @@
-"""Where to go: the shortest free path to the goal on a grid, around whoever is parked on it.
+"""Where to go: the way to the goal around walls and parked robots, and where to draw a plan at each knot.
 
 Safety never depends on it: a plan is committed for what it proves, not for where it leads.
 """
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import NoPath
-from mobile_planning.world.cost_to_go import cost_to_go, descend, shortcut
+from mobile_planning.errors import InvalidInput, NoPath
+from mobile_planning.fleet.roundabout import Roundabout
+from mobile_planning.fleet.way_finder import WayFinder
+from mobile_planning.geometry import finite_points
 from mobile_planning.world.environment import Environment
-from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+#: Room left beside a parked robot on the way [m], and when a plan is drawn past it.
+_PASS, _BRUSH = 0.1, 0.05
+#: The reference runs ahead of the fastest drive by this distance [m] and this factor.
+_AHEAD, _FASTER = 0.15, 1.05
+#: Right-hand rule: a robot counts as ahead from this cosine on, and as near for so long at full speed [s].
+_IN_FRONT, _NEAR_TIME = 0.25, 0.7
+#: It turns by the first angle [rad], after 1 s without progress by more each second [rad/s], up to the last.
+_TURN, _TURN_RATE, _MOST_TURN = np.deg2rad((60.0, 20.0, 120.0))
+#: Squares of places further out [m] would overflow.
+_FAR = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbour:
+    """Another robot as heard.
+
+    Parameters
+    ----------
+    position : (2,) array_like [m]
+        When the new section would start.
+    end : (2,) array_like [m]
+        Where its plan ends.
+    goal : (2,) array_like [m]
+    radius : float [m]
+    is_parked : bool
+        It stands at its goal, or for ever.
+    """
+
+    position: ArrayLike
+    end: ArrayLike
+    goal: ArrayLike
+    radius: float
+    is_parked: bool = False
 
 
 class Guidance:
-    """The way to one goal for a disc in a static world.
+    """The way of a disc to one goal in a static world, among other robots.
+
+    The field of the way to the goal is computed once, when it is first needed, or by `prepare`: a goal in plain sight
+    needs none.
 
     Parameters
     ----------
@@ -23,121 +64,189 @@ class Guidance:
     goal : (2,) array_like [m]
     radius : float [m]
         Of the disc.
-    resolution : float [m]
-        Of the grid that is searched.
-    margins : sequence of float [m]
-        Room to leave beside the disc: the first that admits a path is taken.
+    v_max : float [m/s]
+    resolution : float [m], optional
+        Of the lattice that is searched; by default as fine as the extent of the world allows.
+
+    Raises
+    ------
+    InvalidInput
+        A number is not finite or not positive, or the world has no extent.
+
+    Examples
+    --------
+    >>> from mobile_planning import Boundary, RoundObstacle
+    >>> room = Environment(Boundary((0, 8), (0, 6)), [RoundObstacle((4, 3.1), 0.5)])
+    >>> guidance = Guidance(room, goal=(7, 3), radius=0.2, v_max=1.0)
+    >>> len(guidance.path((1, 3))) > 2, bool(6.0 < guidance.length((1, 3)) < 6.4)
+    (True, True)
+    >>> guidance.reference([(1.0, 3.0), (1.0, 3.0)], (), step=0.25, stalled=0.0).shape
+    (2, 2)
     """
 
-    def __init__(self, environment: Environment, goal: ArrayLike, radius: float,
-                 resolution: float = 0.1, margins: tuple[float, ...] = (0.15, 0.05, 0.01)):
-        self.goal = np.asarray(goal, float)
-        self._radius = radius
-        self._margins = margins
-        x_min, y_min, x_max, y_max = environment.bounds
-        shape = (max(1, int(np.ceil((y_max - y_min) / resolution))), max(1, int(np.ceil((x_max - x_min) / resolution))))
-        self._grid = OccupancyGrid(np.zeros(shape, np.int8), resolution, (x_min, y_min, 0.0))
-        rows, columns = np.indices(shape)
-        self._centres = self._grid.cell_to_world(np.stack([columns, rows], axis=-1))
-        self._clearance = environment.clearance(self._centres)
-        self._fields: dict[tuple, tuple] = {}
+    def __init__(self, environment: Environment, goal: ArrayLike, radius: float, v_max: float, *,
+                 resolution: float | None = None):
+        self.goal = _place(goal, 'goal')
+        self.radius, self.v_max = float(radius), float(v_max)
+        if not (0 < self.radius < np.inf and 0 < self.v_max < np.inf):
+            raise InvalidInput(f'radius {radius} m and v_max {v_max} m/s must be positive and finite')
+        self._finder = WayFinder(environment, self.goal, self.radius, resolution)
 
-    def path(self, position: ArrayLike, parked: ArrayLike = (), keep_off: float = 0.0) -> NDArray[np.float64]:
+    def prepare(self) -> None:
+        """Compute the field of the way now: from a tenth of a second on, the larger the world the longer."""
+        self._finder.prepare()
+
+    # The way
+
+    def path(self, position: ArrayLike, parked: Sequence[Neighbour] = ()) -> NDArray[np.float64]:
         """Return way-points (W, 2) [m] from ``position`` to the goal, each in sight of the next.
 
         Parameters
         ----------
         position : (2,) array_like [m]
-        parked : (P, 2) array_like [m]
-            Centres of robots that stand still; where no path avoids them all, they are left out.
-        keep_off : float [m]
-            Distance to keep from the centres.
+        parked : sequence of Neighbour
+            Robots that stand still. Each is passed on the side that makes the shorter way, as a rule the nearer one,
+            at a distance of both radii and 0.1 m; where no way leads around all of them, they are left out.
 
         Raises
         ------
         NoPath
             The static world alone lets no path through.
         """
-        position = np.asarray(position, float)
-        parked = np.asarray(parked, float).reshape(-1, 2)
-        choices = [(margin, parked) for margin in self._margins] if len(parked) else []
-        for margin, discs in choices + [(margin, parked[:0]) for margin in self._margins]:
-            blocked, field = self._field(margin, discs, keep_off)
-            start = self._nearest_reached(position, field)
-            if start is None:
-                continue
-            cells = descend(field, start, self._goal_cell(), corner_cutting=False)
-            way = self._grid.cell_to_world(shortcut(blocked, cells))
-            return np.concatenate([position[None], way[1:-1], self.goal[None]])
-        raise NoPath(f'no path for a disc of radius {self._radius} m leads from {position} to {self.goal}')
+        way = self._finder.way(_place(position, 'position'), self._discs(parked, _PASS))
+        if not len(way):
+            raise NoPath(f'no path for a disc of radius {self.radius} m leads from {position} to {self.goal}')
+        return way
 
-    def _goal_cell(self):
-        return self._grid.world_to_cell(self.goal)
+    def length(self, position: ArrayLike) -> float:
+        """Return what is left to drive from ``position`` (2,) [m], infinite if nothing leads to the goal."""
+        try:
+            path = self.path(position)
+        except NoPath:
+            return np.inf
+        return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
-    def _field(self, margin, discs, keep_off):
-        """Return the blocked cells and the cost-to-go field; the last eight are kept."""
-        key = (margin, keep_off, discs.tobytes())
-        if key not in self._fields:
-            blocked = self._clearance < self._radius + margin
-            for disc in discs:
-                blocked |= np.hypot(*np.moveaxis(self._centres - disc, -1, 0)) < keep_off + margin
-            # The goal itself may lie nearer to a wall than the margin asks for.
-            near_goal = np.hypot(*np.moveaxis(self._centres - self.goal, -1, 0)) <= margin + self._grid.resolution
-            blocked[near_goal & (self._clearance >= self._radius)] = False
-            x, y = self._goal_cell()
-            blocked[y, x] = False
-            if len(self._fields) >= 8:
-                del self._fields[next(iter(self._fields))]
-            self._fields[key] = blocked, cost_to_go(blocked, (x, y), corner_cutting=False)
-        return self._fields[key]
+    def reference(self, standing: ArrayLike, neighbours: Sequence[Neighbour], step: float, stalled: float, *,
+                  roundabout: Roundabout | None = None) -> NDArray[np.float64]:
+        """Return where to draw the new plan at each knot.
 
-    def _nearest_reached(self, position, field, reach=0.5):
-        """Return the cell nearest to ``position`` from which the goal is reached, None beyond ``reach`` [m]."""
-        cell, span = self._grid.world_to_cell(position), int(np.ceil(reach / self._grid.resolution))
-        low = np.maximum(cell - span, 0)
-        window = (slice(low[1], cell[1] + span + 1), slice(low[0], cell[0] + span + 1))
-        distance = np.hypot(*np.moveaxis(self._centres[window] - position, -1, 0))
-        distance = np.where(np.isfinite(field[window]), distance, np.inf)
-        if not distance.size or distance.min() > reach:
+        Parameters
+        ----------
+        standing : (M, 2) array_like [m]
+            Where the plan in force is at the knots to come.
+        neighbours : sequence of Neighbour
+        step : float [s]
+            Between knots.
+        stalled : float [s]
+            How long there has been no progress.
+        roundabout : Roundabout, optional
+            To be taken where it lies in the way and nothing static stands in it.
+
+        Returns
+        -------
+        (M, 2) ndarray [m]
+            Each in sight of the same row of ``standing``, for a body of this radius; ``standing`` itself where there
+            is no way.
+        """
+        standing = finite_points(standing)
+        parked = [other for other in neighbours if other.is_parked]
+        way = None
+        if roundabout is not None and self._finder.room(roundabout.centre) >= roundabout.radius + self.radius:
+            way = roundabout.way(standing[0], self.goal)
+        if way is None:
+            try:
+                way = self.path(standing[0], parked)
+            except NoPath:
+                return standing.copy()
+            way = self._keep_right(way, standing, neighbours, parked, stalled, step)
+        return self.follow(way, standing, step, parked)
+
+    def follow(self, way: ArrayLike, standing: ArrayLike, step: float,
+               parked: Sequence[Neighbour] = ()) -> NDArray[np.float64]:
+        """Return the points of a way to draw the new plan to, row by row in sight of ``standing``.
+
+        Parameters
+        ----------
+        way : (W, 2) array_like [m]
+        standing : (M, 2) array_like [m]
+        step : float [s]
+        parked : sequence of Neighbour
+            They block the sight as well.
+
+        Returns
+        -------
+        (M, 2) ndarray [m]
+        """
+        return self._finder.drawn(finite_points(way), finite_points(standing), self._discs(parked, _BRUSH), _AHEAD,
+                                  _FASTER * self.v_max * step)
+
+    # How it works
+
+    def _discs(self, parked, room):
+        """Return the places of robots and how far to keep from them (P, 3) [m]."""
+        keep = self.radius + room
+        return np.array([(*_near(other.position), other.radius + keep) for other in parked]).reshape(-1, 3)
+
+    def _keep_right(self, way, standing, neighbours, parked, stalled, step):
+        """Return the way, turned to the right where moving robots are ahead and no wall is there."""
+        here, end = _near(standing[0]), _near(standing[-1])
+        leg = self._heading(way)
+        if leg is None:
+            return way
+        closeness = self._closeness(leg, here, end, [other for other in neighbours if not other.is_parked])
+        if closeness < 0.05:
+            return way
+        turn = min(_TURN + _TURN_RATE * max(0.0, stalled - 1.0), _MOST_TURN) * closeness
+        discs = self._discs(parked, _BRUSH)
+        look = min(self.v_max, float(np.linalg.norm(way[1] - way[0])))
+        for angle in (turn, turn / 2):
+            right = leg @ np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            if self._finder.is_open(here, here + look * right, discs):
+                return np.stack([here, here + (_AHEAD + _FASTER * self.v_max * step * len(standing)) * right])
+        return way
+
+    def _heading(self, way):
+        """Return the unit vector (2,) of the first leg that is longer than rounding, None at the goal."""
+        if np.linalg.norm(self.goal - way[0]) < 1.5 * self.radius:
             return None
-        row, column = np.unravel_index(distance.argmin(), distance.shape)
-        return low + (column, row)
+        legs = way[1:] - way[0]
+        lengths = np.linalg.norm(legs, axis=1)
+        index = np.argmax(lengths > 0.25 * self.radius)
+        return legs[index] / lengths[index]
+
+    def _closeness(self, leg, here, end, moving):
+        """Return how much, 0..1, the nearest of the robots that come towards this one is in its way."""
+        if not moving:
+            return 0.0
+        positions, ends, goals = (_near([getattr(other, name) for other in moving])
+                                  for name in ('position', 'end', 'goal'))
+        touch = np.array([other.radius for other in moving], float) + self.radius
+        near = touch + _NEAR_TIME * self.v_max
+        to_go = goals - ends
+        left = np.linalg.norm(to_go, axis=1)
+        same_way = (left > 1.5 * self.radius) & (to_go @ leg > 0.5 * left)
+        closeness = 0.0
+        for own, others in ((end, ends), (here, positions)):
+            offset = others - own
+            distance = np.linalg.norm(offset, axis=1)
+            # One that will stop beyond this robot's goal is not in its way.
+            beyond = ((np.linalg.norm(goals - others, axis=1) < 0.25 * self.radius)
+                      & (np.linalg.norm(self.goal - here) < distance))
+            cosine = offset @ leg / np.maximum(distance, 1e-9)
+            counts = (distance < near) & (distance > 1e-9) & (cosine >= _IN_FRONT) & ~same_way & ~beyond
+            share = np.clip((near - distance) / (near - touch), 0.0, 1.0) * np.minimum(1.0, 2.0 * cosine)
+            closeness = max(closeness, float(np.where(counts, share, 0.0).max()))
+        return closeness
 
 
-class Polyline:
-    """A path by its arc length.
+def _near(points):
+    """Return points [m], those that are too far out nearer."""
+    return np.clip(np.asarray(points, float), -_FAR, _FAR)
 
-    Parameters
-    ----------
-    points : (W, 2) ndarray [m]
-        At least one; repeated points are dropped.
-    """
 
-    def __init__(self, points: NDArray):
-        keep = np.append(True, np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-9)
-        self.points = points[keep]
-        steps = np.diff(self.points, axis=0)
-        lengths = np.linalg.norm(steps, axis=1)
-        self._starts, self._steps, self._lengths = self.points[:-1], steps, lengths
-        self._at = np.append(0.0, np.cumsum(lengths))
-        self.length = float(self._at[-1])
-
-    def project(self, positions: NDArray) -> tuple[NDArray, NDArray]:
-        """Return the arc length and the distance (K,), (K,) [m] of the nearest point to each (K, 2)."""
-        if not len(self._lengths):
-            return np.zeros(len(positions)), np.linalg.norm(positions - self.points[0], axis=1)
-        offset = positions[:, None] - self._starts
-        share = np.clip((offset * self._steps).sum(-1) / self._lengths**2, 0.0, 1.0)
-        distance = np.linalg.norm(offset - share[..., None] * self._steps, axis=-1)
-        nearest = distance.argmin(axis=1)
-        rows = np.arange(len(positions))
-        return self._at[nearest] + share[rows, nearest] * self._lengths[nearest], distance[rows, nearest]
-
-    def beside(self, arc: NDArray, offset: NDArray) -> NDArray[np.float64]:
-        """Return the points (K, 2) [m] at ``arc`` (K,), ``offset`` (K,) to the left of the path."""
-        if not len(self._lengths):
-            return np.repeat(self.points, len(arc), axis=0)
-        segment = np.clip(np.searchsorted(self._at, arc, side='right') - 1, 0, len(self._lengths) - 1)
-        direction = self._steps[segment] / self._lengths[segment, None]
-        normal = np.column_stack([-direction[:, 1], direction[:, 0]])
-        return self._starts[segment] + (arc - self._at[segment])[:, None] * direction + offset[:, None] * normal
+def _place(point, name):
+    """Return one finite point (2,) [m]."""
+    place = np.array(finite_points(point))
+    if place.shape != (2,):
+        raise InvalidInput(f'{name} has shape {place.shape}: it must be one point (x, y)')
+    return place

@@ -1,0 +1,377 @@
+"""Inner loops of the guidance: lines of sight, the field of the way to a goal, and ways around standing robots.
+
+All lengths and places are in cells of a lattice: node (x, y) of the (h, w) arrays lies at (x, y), row first in the
+index. ``squared`` holds at each node the squared distance to the nearest thing occupied, or less. Between nodes a bound
+follows: the distance d to any set makes d(p)^2 - |p|^2 concave, so on a piece of length l, at share t of it,
+d^2 >= (1 - t) d_a^2 + t d_b^2 - t (1 - t) l^2, and likewise within a cell. Discs are rows (x, y, squared radius).
+
+Every function has an explicit signature: it is compiled, or read from numba's cache, when this module is imported.
+None holds the GIL.
+"""
+from heapq import heappop, heappush
+
+import numpy as np
+from numba import b1, f4, f8, i1, i4, i8, njit, types, void
+
+ROOM = types.Array(f4, 2, 'C', readonly=True)
+COSTS = types.Array(f8, 2, 'C', readonly=True)
+ANCHORS = types.Array(i4, 2, 'C', readonly=True)
+NODES = types.Array(i8, 1, 'C', readonly=True)
+POINTS = types.Array(f8, 2, 'C', readonly=True)
+
+#: Between samples of a segment that passes near something, and what its square takes off the room between two.
+STEP = 0.5
+BETWEEN = STEP**2 / 4 + 1e-9
+
+#: Sixteen neighbours: straight, diagonal, and a knight's move.
+MOVE_X = np.array([1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1, 0, 1, 1, 2])
+MOVE_Y = np.array([0, 1, 1, 2, 1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1])
+
+#: What a search knows of a node's anchor: nothing yet, that the node sees it, or that the way by it is the best.
+HOPED, SEEN, CLOSED = 0, 1, 2
+
+
+@njit(f8(ROOM, f8, f8), nogil=True, cache=True)
+def room_at(squared, x, y):
+    """Return a lower bound of the squared distance from (x, y) to what is occupied; 0 outside the lattice."""
+    height, width = squared.shape
+    if not (0.0 <= x <= width - 1 and 0.0 <= y <= height - 1):
+        return 0.0
+    column, row = min(int(x), width - 2), min(int(y), height - 2)
+    tx, ty = x - column, y - row
+    low = (1 - tx) * squared[row, column] + tx * squared[row, column + 1]
+    high = (1 - tx) * squared[row + 1, column] + tx * squared[row + 1, column + 1]
+    return max(0.0, (1 - ty) * low + ty * high - tx * (1 - tx) - ty * (1 - ty))
+
+
+@njit(b1(POINTS, f8, f8, f8, f8), nogil=True, cache=True)
+def is_clear_of_discs(discs, ax, ay, bx, by):
+    """Return whether the segment from a to b enters no disc further than its ends do."""
+    ex, ey = bx - ax, by - ay
+    length2 = ex * ex + ey * ey
+    for i in range(len(discs)):
+        px, py = discs[i, 0] - ax, discs[i, 1] - ay
+        at_a = px * px + py * py
+        at_b = (px - ex) ** 2 + (py - ey) ** 2
+        share = min(1.0, max(0.0, (px * ex + py * ey) / length2)) if length2 > 0.0 else 0.0
+        nearest = (px - share * ex) ** 2 + (py - share * ey) ** 2
+        if nearest < min(discs[i, 2], at_a, at_b) - 1e-9:
+            return False
+    return True
+
+
+@njit(b1(POINTS, POINTS), nogil=True, cache=True)
+def is_clear_way(discs, way):
+    """Return whether no leg of a way enters a disc further than its ends do, and no way-point lies in one."""
+    for i in range(1, len(way)):
+        if not is_clear_of_discs(discs, way[i - 1, 0], way[i - 1, 1], way[i, 0], way[i, 1]):
+            return False
+        for j in range(len(discs) if i < len(way) - 1 else 0):
+            if (way[i, 0] - discs[j, 0]) ** 2 + (way[i, 1] - discs[j, 1]) ** 2 < discs[j, 2] - 1e-9:
+                return False
+    return True
+
+
+@njit(b1(ROOM, POINTS, f8, f8, f8, f8, f8), nogil=True, cache=True)
+def is_clear(squared, discs, ax, ay, bx, by, need):
+    """Return whether the segment from a to b has the squared room ``need``, or that of its ends where they have less.
+
+    It must lie inside the lattice and touch nothing occupied. Where the room is ample the next sample is as far ahead.
+    """
+    at_a, at_b = room_at(squared, ax, ay), room_at(squared, bx, by)
+    if at_a <= 0.0 or at_b <= 0.0:
+        return False
+    need = max(0.0, min(need, at_a - BETWEEN, at_b - BETWEEN))
+    radius = np.sqrt(need)
+    length = np.hypot(bx - ax, by - ay)
+    at, room = 0.0, at_a
+    while at < length:
+        if room <= 0.0 or room < need + BETWEEN - 1e-12:
+            return False
+        at += max(STEP, np.sqrt(room) - radius)
+        if at < length:
+            share = at / length
+            room = room_at(squared, ax + share * (bx - ax), ay + share * (by - ay))
+    return is_clear_of_discs(discs, ax, ay, bx, by)
+
+
+@njit(b1(f8, f8, i8, f8), nogil=True, cache=True)
+def has_room(at_a, at_b, move, radius):
+    """Return whether the body has room on a step between nodes of the given squared rooms."""
+    length2 = float(MOVE_X[move] ** 2 + MOVE_Y[move] ** 2)
+    share = min(1.0, max(0.0, (length2 + at_a - at_b) / (2 * length2)))
+    return (1 - share) * at_a + share * at_b - share * (1 - share) * length2 >= radius * radius
+
+
+@njit(f8(ROOM, COSTS, i8, f8, f8, f8, f8, f8, f8), nogil=True, cache=True)
+def cost_by(squared, cost, anchor, x, y, origin_x, origin_y, radius, comfort):
+    """Return the cost to (x, y) straight from an anchor, a node or (-1) the origin.
+
+    To bend beside a wall costs as much as the comfort that is missing there: more than to bend further out.
+    """
+    if anchor < 0:
+        return np.hypot(x - origin_x, y - origin_y)
+    row, column = anchor // squared.shape[1], anchor % squared.shape[1]
+    missing = max(0.0, comfort + radius - np.sqrt(squared[row, column]))
+    return cost[row, column] + missing + np.hypot(x - column, y - row)
+
+
+@njit(b1(ROOM, POINTS, i8, f8, f8, f8, f8, f8), nogil=True, cache=True)
+def sees(squared, discs, anchor, x, y, origin_x, origin_y, ample):
+    """Return whether (x, y) sees an anchor with ample room, or with as much as the two have."""
+    if anchor < 0:
+        return is_clear(squared, discs, origin_x, origin_y, x, y, ample)
+    return is_clear(squared, discs, anchor % squared.shape[1], anchor // squared.shape[1], x, y, ample)
+
+
+@njit(b1(ROOM, POINTS, f8[:, ::1], i4[:, ::1], i1[:, ::1], i8, f8, f8, f8, f8), nogil=True, cache=True)
+def settle(squared, discs, cost, anchors, state, node, origin_x, origin_y, radius, comfort):
+    """Close a node if it sees its anchor; else give it the best of its closed neighbours' ways and return False."""
+    height, width = squared.shape
+    y, x = node // width, node % width
+    ample, hoped = (radius + comfort) ** 2, anchors[y, x]
+    if state[y, x] == SEEN or sees(squared, discs, hoped, x, y, origin_x, origin_y, ample):
+        state[y, x] = CLOSED
+        return True
+    best, best_anchor = np.inf, -1
+    for move in range(16):
+        near_x, near_y = x + MOVE_X[move], y + MOVE_Y[move]
+        if near_x < 0 or near_y < 0 or near_x >= width or near_y >= height or state[near_y, near_x] != CLOSED:
+            continue
+        if not has_room(squared[y, x], squared[near_y, near_x], move, radius):
+            continue
+        total = cost_by(squared, cost, near_y * width + near_x, x, y, origin_x, origin_y, radius, comfort)
+        if total < best:
+            best, best_anchor = total, near_y * width + near_x
+        anchor = anchors[near_y, near_x]
+        total = cost_by(squared, cost, anchor, x, y, origin_x, origin_y, radius, comfort)
+        if total < best and anchor != hoped and sees(squared, discs, anchor, x, y, origin_x, origin_y, ample):
+            best, best_anchor = total, anchor
+    cost[y, x], anchors[y, x], state[y, x] = best, best_anchor, SEEN
+    return False
+
+
+@njit(void(POINTS, f8[:, ::1], i4[::1], i8[::1]), nogil=True, cache=True)
+def close_discs(discs, reached, touched, count):
+    """Mark the nodes inside the discs so that no search enters them, and note them."""
+    height, width = reached.shape
+    for i in range(len(discs)):
+        radius = np.sqrt(discs[i, 2])
+        for y in range(max(0, int(np.ceil(discs[i, 1] - radius))), min(height, int(discs[i, 1] + radius) + 1)):
+            for x in range(max(0, int(np.ceil(discs[i, 0] - radius))), min(width, int(discs[i, 0] + radius) + 1)):
+                inside = (x - discs[i, 0]) ** 2 + (y - discs[i, 1]) ** 2 < discs[i, 2] - 1e-9
+                if inside and reached[y, x] == np.inf:
+                    reached[y, x] = -1.0
+                    touched[count[0]] = y * width + x
+                    count[0] += 1
+
+
+@njit(void(ROOM, POINTS, NODES, f8, f8, f8, f8, f8[:, ::1], i4[:, ::1]), nogil=True, cache=True)
+def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors):
+    """Fill in the cost of the way from each node to the goal, and where it bends first (-1: nowhere).
+
+    ``cost`` must come filled with inf; it stays so where no way leads around the discs. ``ends`` are nodes in sight of
+    the goal. The search is Lazy Theta* (Nash, Koenig and Tovey 2010) without a heuristic: Dijkstra's, but along
+    straight lines.
+    """
+    height, width = squared.shape
+    state = np.zeros((height, width), np.int8)
+    touched, count = np.empty(squared.size, np.int32), np.zeros(1, np.int64)
+    close_discs(discs, cost, touched, count)
+    heap = [(np.inf, np.int64(0))]
+    for i in range(len(ends)):
+        y, x = ends[i] // width, ends[i] % width
+        if cost[y, x] < 0.0:
+            continue
+        cost[y, x], anchors[y, x], state[y, x] = np.hypot(x - goal_x, y - goal_y), -1, SEEN
+        heappush(heap, (cost[y, x], ends[i]))
+    while len(heap) > 1:
+        so_far, node = heappop(heap)
+        y, x = node // width, node % width
+        if so_far > cost[y, x] or state[y, x] == CLOSED:
+            continue
+        if not settle(squared, discs, cost, anchors, state, node, goal_x, goal_y, radius, comfort):
+            heappush(heap, (cost[y, x], node))
+            continue
+        for move in range(16):
+            to_x, to_y = x + MOVE_X[move], y + MOVE_Y[move]
+            if to_x < 0 or to_y < 0 or to_x >= width or to_y >= height or state[to_y, to_x] == CLOSED:
+                continue
+            if not has_room(squared[y, x], squared[to_y, to_x], move, radius):
+                continue
+            total = cost_by(squared, cost, anchors[y, x], to_x, to_y, goal_x, goal_y, radius, comfort)
+            if total < cost[to_y, to_x] - 1e-9:
+                cost[to_y, to_x], anchors[to_y, to_x], state[to_y, to_x] = total, anchors[y, x], HOPED
+                heappush(heap, (total, to_y * width + to_x))
+    for i in range(count[0]):
+        cost[touched[i] // width, touched[i] % width] = np.inf
+
+
+@njit(f8[:, ::1](ANCHORS, i8), nogil=True, cache=True)
+def follow_anchors(anchors, node):
+    """Return the nodes (n, 2) from ``node`` to the last anchor."""
+    width = anchors.shape[1]
+    count, at = 0, node
+    while at >= 0:
+        at, count = np.int64(anchors[at // width, at % width]), count + 1
+    way = np.empty((count, 2))
+    at = node
+    for i in range(count):
+        way[i, 0], way[i, 1] = at % width, at // width
+        at = np.int64(anchors[at // width, at % width])
+    return way
+
+
+@njit(b1(ANCHORS, POINTS, f8[:, ::1], i1[:, ::1], i8, f8, f8), nogil=True, cache=True)
+def is_free_from(anchors, discs, reached, knowledge, node, goal_x, goal_y):
+    """Return whether the way from ``node`` over its anchors avoids the discs; each node on the way is asked once.
+
+    Nodes inside the discs have a negative value in ``reached``.
+    """
+    width = anchors.shape[1]
+    at, found = node, 1
+    while at >= 0:
+        if knowledge[at // width, at % width] != 0:
+            found = np.int64(knowledge[at // width, at % width])
+            break
+        to = np.int64(anchors[at // width, at % width])
+        to_x, to_y = (float(to % width), float(to // width)) if to >= 0 else (goal_x, goal_y)
+        is_inside = to >= 0 and reached[to // width, to % width] < 0.0
+        if is_inside or not is_clear_of_discs(discs, at % width, at // width, to_x, to_y):
+            knowledge[at // width, at % width] = found = 2
+            break
+        at = to
+    last, at = at, node
+    while at != last:
+        knowledge[at // width, at % width] = found
+        at = np.int64(anchors[at // width, at % width])
+    return found == 1
+
+
+@njit(void(ANCHORS, i1[:, ::1], i8), nogil=True, cache=True)
+def forget(anchors, knowledge, node):
+    """Undo what `is_free_from` has noted."""
+    width = anchors.shape[1]
+    at = node
+    while at >= 0 and knowledge[at // width, at % width] != 0:
+        knowledge[at // width, at % width] = 0
+        at = np.int64(anchors[at // width, at % width])
+
+
+@njit(f8[:, ::1](ROOM, COSTS, ANCHORS, POINTS, NODES, POINTS, f8, f8, f8[:, ::1], i1[:, ::1],
+                 i4[:, ::1], i1[:, ::1], i8), nogil=True, cache=True)
+def way_around(squared, cost, anchors, discs, starts, ends, radius, comfort, reached, state, came, knowledge, limit):
+    """Return the cheapest way (n, 2) over nodes between two places, the rows of ``ends``, around discs; empty if none.
+
+    Lazy Theta* from the nodes ``starts``, which see the first place, as far as a node whose way over its ``anchors``
+    avoids the discs. The cost without the discs hardly ever overestimates, so the search looks at little more than
+    the way it finds; it gives up after ``limit`` nodes. ``reached`` must come filled with inf, ``state`` and
+    ``knowledge`` with 0, and all are left so; ``came`` may hold anything.
+    """
+    height, width = squared.shape
+    (start_x, start_y), (goal_x, goal_y) = ends[0], ends[1]
+    touched, count = np.empty(squared.size, np.int32), np.zeros(1, np.int64)
+    close_discs(discs, reached, touched, count)
+    heap = [(np.inf, 0.0, np.int64(0))]
+    for i in range(len(starts)):
+        y, x = starts[i] // width, starts[i] % width
+        if reached[y, x] == np.inf and cost[y, x] < np.inf:
+            touched[count[0]] = starts[i]
+            count[0] += 1
+            reached[y, x], came[y, x], state[y, x] = np.hypot(x - start_x, y - start_y), -1, SEEN
+            heappush(heap, (reached[y, x] + cost[y, x], reached[y, x], starts[i]))
+    last = np.int64(-1)
+    while len(heap) > 1 and limit > 0:
+        _, so_far, node = heappop(heap)
+        y, x = node // width, node % width
+        if so_far > reached[y, x] or state[y, x] == CLOSED:
+            continue
+        if not settle(squared, discs, reached, came, state, node, start_x, start_y, radius, comfort):
+            heappush(heap, (reached[y, x] + cost[y, x], reached[y, x], node))
+            continue
+        if is_free_from(anchors, discs, reached, knowledge, node, goal_x, goal_y):
+            last = node
+            break
+        limit -= 1
+        for move in range(16):
+            to_x, to_y = x + MOVE_X[move], y + MOVE_Y[move]
+            if to_x < 0 or to_y < 0 or to_x >= width or to_y >= height or state[to_y, to_x] == CLOSED:
+                continue
+            if cost[to_y, to_x] == np.inf or not has_room(squared[y, x], squared[to_y, to_x], move, radius):
+                continue
+            total = cost_by(squared, reached, came[y, x], to_x, to_y, start_x, start_y, radius, comfort)
+            if total < reached[to_y, to_x] - 1e-9:
+                if reached[to_y, to_x] == np.inf:
+                    touched[count[0]] = to_y * width + to_x
+                    count[0] += 1
+                reached[to_y, to_x], came[to_y, to_x], state[to_y, to_x] = total, came[y, x], HOPED
+                heappush(heap, (total + cost[to_y, to_x], total, to_y * width + to_x))
+    for i in range(count[0]):
+        reached[touched[i] // width, touched[i] % width] = np.inf
+        state[touched[i] // width, touched[i] % width] = HOPED
+        forget(anchors, knowledge, np.int64(touched[i]))
+    if last < 0:
+        return np.empty((0, 2))
+    there, onwards = follow_anchors(came, last), follow_anchors(anchors, last)
+    return np.concatenate((there[::-1], onwards[1:]))
+
+
+@njit(f8[:, ::1](ROOM, POINTS, POINTS, f8, f8), nogil=True, cache=True)
+def pull_string(squared, discs, way, radius, comfort):
+    """Return the points of the way that remain when each is joined to the last one it sees in a row.
+
+    A shortcut comes no nearer to what is occupied than the points it leaves out, unless it has room to spare.
+    """
+    kept = np.empty_like(way)
+    kept[0] = way[0]
+    count, need, ample = 1, np.inf, (radius + comfort) ** 2
+    for i in range(1, len(way) - 1):
+        ax, ay, x, y = kept[count - 1, 0], kept[count - 1, 1], way[i, 0], way[i, 1]
+        # A line hardly ever runs through the very middle of a passage: a tenth of the squared room is given away.
+        need = min(need, max(radius * radius, 0.9 * room_at(squared, x, y)))
+        if not is_clear(squared, discs, ax, ay, way[i + 1, 0], way[i + 1, 1], min(need, ample)):
+            kept[count] = way[i]
+            count, need = count + 1, np.inf
+    if len(way) > 1:
+        kept[count] = way[-1]
+        count += 1
+    return kept[:count].copy()
+
+
+@njit(b1(ROOM, POINTS, f8, f8, f8, f8, f8), nogil=True, cache=True)
+def is_open(squared, discs, ax, ay, bx, by, radius):
+    """Return whether the segment from a to b has room for the body, or all of it as much as a where a has less."""
+    least = min(radius * radius + BETWEEN, room_at(squared, ax, ay))
+    return room_at(squared, bx, by) >= least and is_clear(squared, discs, ax, ay, bx, by, radius * radius)
+
+
+@njit(f8[:, ::1](ROOM, POINTS, POINTS, b1, POINTS, f8, f8, f8), nogil=True, cache=True)
+def draw_ahead(squared, discs, way, to_goal, standing, ahead, step, radius):
+    """Return for each row m of ``standing`` the furthest point of the way it sees, up to ahead + (m + 1) step along it.
+
+    Where it sees none the row stays as it is. The way's last point may be tight if it is the goal.
+    """
+    drawn = standing.copy()
+    arc = np.zeros(len(way))
+    for i in range(1, len(way)):
+        arc[i] = arc[i - 1] + np.hypot(way[i, 0] - way[i - 1, 0], way[i, 1] - way[i - 1, 1])
+    for m in range(len(standing)):
+        x, y = standing[m]
+        at = min(ahead + (m + 1) * step, arc[-1])
+        if to_goal and at == arc[-1] and is_clear(squared, discs, x, y, way[-1, 0], way[-1, 1], radius * radius):
+            drawn[m] = way[-1]
+            continue
+        i = len(way) - 1
+        while at >= 0.0:
+            while i > 0 and arc[i] > at:
+                i -= 1
+            drawn[m] = way[i]
+            if i < len(way) - 1:
+                drawn[m] += (at - arc[i]) / (arc[i + 1] - arc[i]) * (way[i + 1] - way[i])
+            if is_open(squared, discs, x, y, drawn[m, 0], drawn[m, 1], radius):
+                break
+            # The same points for every row, and from one call to the next.
+            at = STEP * (np.ceil(at / STEP) - 1.0)
+        if at < 0.0:
+            drawn[m, 0], drawn[m, 1] = x, y
+    return drawn

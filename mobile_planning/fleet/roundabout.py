@@ -1,0 +1,143 @@
+"""A roundabout: the circle that robots keep on their left where too many of them would meet at once.
+
+Nobody builds it together: each robot predicts the crowd from what it has heard, and nearby robots predict nearly the
+same. Nothing depends on it but time.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+#: Robots stand in a crowd closer than so many radii times the root of their number.
+_CROWDED = 2.0
+#: Least number of robots in a crowd that is worth a way round.
+_LEAST = 4
+#: Radii of circumference for each robot, and least radius of a roundabout, in radii of a robot.
+_SPACING, _LEAST_RADIUS = 4.5, 2.5
+#: Below so many radii of a robot a roundabout is not worth the way.
+_GONE = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Roundabout:
+    """A circle to drive round counter-clockwise.
+
+    Parameters
+    ----------
+    centre : (2,) ndarray [m]
+    radius : float [m]
+    age : int
+        Updates since a crowd was last seen there.
+    """
+
+    centre: NDArray[np.float64]
+    radius: float
+    age: int = 0
+
+    def way(self, position: ArrayLike, goal: ArrayLike, stride: float = 0.3,
+            legs: int = 14) -> NDArray[np.float64] | None:
+        """Return way-points (W, 2) [m] from ``position`` round the circle towards ``goal``; None if it is not needed.
+
+        Parameters
+        ----------
+        position, goal : (2,) array_like [m]
+        stride : float [m]
+            Between way-points.
+        legs : int
+            How many there are at most.
+        """
+        place, goal = np.array(position, float), np.asarray(goal, float)
+        # A goal inside the circle is entered from outside a smaller one.
+        radius = min(self.radius, 0.8 * float(np.hypot(*(goal - self.centre))))
+        points = [place]
+        for _ in range(legs):
+            ahead, inward = goal - place, self.centre - place
+            left, distance = float(np.hypot(*ahead)), float(np.hypot(*inward))
+            along = (inward @ ahead) / left**2 if left > 1e-9 else 0.0
+            if along <= 0 or np.hypot(*(place + min(along, 1.0) * ahead - self.centre)) >= radius - 1e-3:
+                points.append(goal)
+                break
+            if distance > 1.001 * radius:
+                turn = -np.arcsin(radius / distance)
+            else:
+                turn = -np.pi / 2 - min(0.6, 1.5 * (radius - distance) / radius)
+            cos, sin = np.cos(turn), np.sin(turn)
+            inward = inward / distance if distance > 1e-9 else ahead / left
+            heading = np.array([cos * inward[0] - sin * inward[1], sin * inward[0] + cos * inward[1]])
+            place = place + min(stride, left) * heading
+            points.append(place)
+        is_straight = len(points) == 2 and points[1] is goal
+        return None if is_straight else np.array(points)
+
+
+def predict_crowd(positions: ArrayLike, goals: ArrayLike, radius: float,
+                  v_max: float) -> tuple[NDArray[np.float64], int] | None:
+    """Return the centre (2,) [m] and the size of the largest crowd on the way, None if there is none.
+
+    Parameters
+    ----------
+    positions, goals : (N, 2) array_like [m]
+        Of the robots that are under way; all are taken to drive straight on.
+    radius : float [m]
+        Of a robot.
+    v_max : float [m/s]
+    """
+    positions, goals = np.reshape(positions, (-1, 2)).astype(float), np.reshape(goals, (-1, 2)).astype(float)
+    if len(positions) < _LEAST:
+        return None
+    lengths = np.linalg.norm(goals - positions, axis=1)
+    headings = (goals - positions) / np.maximum(lengths, 1e-9)[:, None]
+    # Distances, not times: half a second's drive at a time, twice that where there are many.
+    stride = v_max * (1.0 if len(positions) > 16 else 0.5)
+    largest, centre = 0, None
+    for driven in np.arange(0.0, lengths.max(), max(stride, lengths.max() / 200)):
+        under_way = lengths >= driven - 0.5 * stride
+        if np.count_nonzero(under_way) < max(_LEAST, largest + 1):
+            break
+        places = positions[under_way] + headings[under_way] * np.minimum(driven, lengths[under_way])[:, None]
+        distance = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+        count = np.arange(1, len(places) + 1)
+        crowded = np.sort(distance, axis=1) < _CROWDED * radius * np.sqrt(count)
+        size = np.where(crowded, count, 0).max(axis=1)
+        if size.max() > largest:
+            row, largest = size.argmax(), int(size.max())
+            centre = places[np.argsort(distance[row], kind='stable')[:largest]].mean(axis=0)
+    return (centre, largest) if largest >= _LEAST else None
+
+
+def updated(roundabout: Roundabout | None, crowd: tuple[NDArray, int] | None, position: ArrayLike,
+            radius: float) -> Roundabout | None:
+    """Return the roundabout after another look, about three cycles after the last one.
+
+    It stays where it is for whoever is on it, moves little for the others, and shrinks slowly: else its centre would
+    follow the stragglers.
+
+    Parameters
+    ----------
+    roundabout : Roundabout or None
+        Of the last look.
+    crowd : (2,) ndarray [m] and int, or None
+        As `predict_crowd` returns it.
+    position : (2,) array_like [m]
+        Of this robot.
+    radius : float [m]
+        Of a robot.
+    """
+    if crowd is None:
+        if roundabout is None or roundabout.radius - 0.5 * radius < _GONE * radius:
+            return None
+        return Roundabout(roundabout.centre, roundabout.radius - 0.5 * radius, roundabout.age + 1)
+    centre, size = crowd
+    wanted = max(_LEAST_RADIUS, _SPACING * size / (2 * np.pi)) * radius
+    if roundabout is None:
+        return Roundabout(centre, wanted)
+    if np.hypot(*(centre - roundabout.centre)) < max(1.5 * roundabout.radius, 5 * radius):
+        is_near = np.hypot(*(np.asarray(position, float) - roundabout.centre)) < roundabout.radius + 10 * radius
+        shrunk = roundabout.radius - (0.15 if is_near else 0.5) * radius
+        moved = roundabout.centre if is_near else 0.7 * roundabout.centre + 0.3 * centre
+        return Roundabout(moved, max(wanted, shrunk))
+    if wanted > roundabout.radius or roundabout.age > 2:
+        return Roundabout(centre, wanted)
+    return Roundabout(roundabout.centre, roundabout.radius, roundabout.age + 1)

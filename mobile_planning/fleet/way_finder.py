@@ -1,0 +1,203 @@
+"""The way to a goal through a static world and around standing discs, and what of it is in sight.
+
+The room that the world leaves is sampled on a lattice, and all that is said to be clear is proved from it.
+"""
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.world.environment import Environment
+
+#: Cells to the radius of the body, where that makes no more nodes than the first limit; half as many up to the second.
+_FINE, _NODES, _MOST_NODES = 4.0, 1 << 17, 1 << 22
+#: How far from a place the nodes are that it is joined to, and that it falls back on where it sees none [cells].
+_BESIDE, _NEAR = 3, 8
+#: Nodes looked at for a way around discs; where it takes more, a field of the way is computed for them.
+_LIMIT = 2000
+#: Nothing is free so far out [m], and squares would overflow.
+_FAR = 1e12
+_NO_DISCS = np.empty((0, 3))
+
+
+class WayFinder:
+    """The way of a disc to one goal, on a lattice of the room around it.
+
+    By default the radius is four cells, which costs some 2 % of it in room that is there and not seen. Where the world
+    is larger than 8,000 times its square (18 m x 18 m for 0.2 m) the cells grow, up to half the radius; a door of three
+    times the radius is then still found wherever it lies. Beyond 200 m x 200 m they grow further.
+
+    Discs are given as (P, 3): their places and how far the body's centre keeps from them [m].
+
+    Parameters
+    ----------
+    environment : Environment
+        With a boundary or a grid, which give the extent of the search.
+    goal : (2,) ndarray [m]
+    radius : float [m]
+    resolution : float [m], optional
+        Distance of the lattice's nodes; by default as fine as the extent of the world allows.
+
+    Raises
+    ------
+    InvalidInput
+        If the world has no extent, or the resolution is not positive.
+
+    Examples
+    --------
+    >>> from mobile_planning import Boundary, RoundObstacle
+    >>> room = Environment(Boundary((0, 8), (0, 6)), [RoundObstacle((4, 3.1), 0.5)])
+    >>> finder = WayFinder(room, np.array((7.0, 3.0)), radius=0.2)
+    >>> finder.way((1, 3))[[0, -1]].tolist(), finder.is_open((1, 3), (7, 3)), finder.is_open((1, 3), (3, 3))
+    ([[1.0, 3.0], [7.0, 3.0]], False, True)
+    """
+
+    def __init__(self, environment: Environment, goal: NDArray, radius: float, resolution: float | None = None):
+        from mobile_planning.fleet import guidance_kernels
+
+        self._kernels = guidance_kernels
+        low, high = np.reshape(environment.bounds, (2, 2))
+        self.goal = goal
+        self.resolution = _resolution(high - low, radius) if resolution is None else float(resolution)
+        if not 0 < self.resolution < np.inf:
+            raise InvalidInput(f'resolution {resolution} m must be positive and finite')
+        self._low = low
+        columns, rows = np.maximum(np.ceil((high - low) / self.resolution).astype(int), 1) + 1
+        nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * self.resolution + low
+        self._squared = ((np.maximum(environment.clearance(nodes), 0.0) / self.resolution)**2).astype(np.float32)
+        self._radius = radius / self.resolution
+        self._kept = None, None
+        #: Room that the way leaves beside the body where there is some.
+        self._comfort = 0.5 * self._radius
+
+    def prepare(self) -> None:
+        """Compute now what is else computed when it is first needed, for some ten milliseconds or more."""
+        self._field, self._scratch
+
+    def way(self, position: ArrayLike, discs: NDArray = _NO_DISCS) -> NDArray[np.float64]:
+        """Return way-points (W, 2) [m] from ``position`` (2,) [m] to the goal, each in sight of the next.
+
+        There are none where nothing leads to the goal. Where no way leads around all discs they are left out.
+        """
+        start, goal = self._to_cells(position), self._to_cells(self.goal)
+        way = self._static_way(start, goal)
+        if len(way):
+            discs = self._in_cells(discs)
+            # A disc never holds an end of the way.
+            discs[:, 2] = np.minimum(discs[:, 2], ((discs[:, :2] - goal)**2).sum(axis=1))
+            if not self._kernels.is_clear_way(discs, way):
+                around = self._way_around(start, goal, discs)
+                way = around if len(around) else way
+        return np.concatenate([self._to_metres(way[:-1]), self.goal[None]]) if len(way) else way
+
+    def drawn(self, way: NDArray, standing: NDArray, discs: NDArray, ahead: float, step: float) -> NDArray[np.float64]:
+        """Return for each row m of ``standing`` (M, 2) [m] the furthest point of a way (W, 2) [m] in sight of it.
+
+        No further along the way than ``ahead`` + (m + 1) ``step`` [m]. Where no point is in sight the row stays.
+        """
+        places = self._to_cells(standing)
+        drawn = self._kernels.draw_ahead(
+            self._squared, self._in_cells(discs), self._to_cells(way), bool((way[-1] == self.goal).all()), places,
+            ahead / self.resolution, step / self.resolution, self._radius)
+        return np.where((drawn == places).all(axis=1, keepdims=True), standing, self._to_metres(drawn))
+
+    def is_open(self, a: ArrayLike, b: ArrayLike, discs: NDArray = _NO_DISCS) -> bool:
+        """Return whether the segment from ``a`` to ``b`` (2,) [m] has room for the body, or as much as ``a`` has."""
+        return self._kernels.is_open(self._squared, self._in_cells(discs), *self._to_cells(a), *self._to_cells(b),
+                                     self._radius)
+
+    def room(self, place: ArrayLike) -> float:
+        """Return at least how far [m] the nearest thing static is from ``place`` (2,) [m]."""
+        return float(np.sqrt(self._kernels.room_at(self._squared, *self._to_cells(place)))) * self.resolution
+
+    def _to_cells(self, points):
+        return (np.clip(np.asarray(points, float), -_FAR, _FAR) - self._low) / self.resolution
+
+    def _to_metres(self, points):
+        return points * self.resolution + self._low
+
+    def _in_cells(self, discs):
+        """Return discs with their places and squared distances in cells."""
+        return np.column_stack([self._to_cells(discs[:, :2]), (discs[:, 2] / self.resolution)**2])
+
+    def _static_way(self, start, end):
+        """Return way-points (n, 2) [cells] through the static world, none if there is no way."""
+        if self._kernels.is_clear(self._squared, _NO_DISCS, *start, *end, (self._radius + self._comfort)**2):
+            return np.stack([start, end])
+        return self._by_field(start, end, self._field, _NO_DISCS)
+
+    def _way_around(self, start, end, discs):
+        """Return way-points (n, 2) [cells] around discs, none if there is no way."""
+        near = discs.copy()
+        near[:, 2] = np.minimum(discs[:, 2], ((discs[:, :2] - start)**2).sum(axis=1))
+        nodes, _ = self._nodes_in_sight(start, near)
+        way = self._kernels.way_around(self._squared, *self._field, near, nodes, np.stack([start, end]), self._radius,
+                                       self._comfort, *self._scratch, _LIMIT)
+        return self._taut(start, way, end, near) if len(way) else self._by_field(start, end, self._around(discs), discs)
+
+    def _by_field(self, start, end, field, discs):
+        nodes, distance = self._nodes_in_sight(start, discs)
+        cost, anchors = field
+        total = distance + cost.ravel()[nodes]
+        if not len(total) or not np.isfinite(total.min()):
+            return np.empty((0, 2))
+        return self._taut(start, self._kernels.follow_anchors(anchors, nodes[total.argmin()]), end, discs)
+
+    def _taut(self, start, way, end, discs):
+        # The nodes lie outside the discs, but a step between two of them may cut a corner.
+        shy = np.column_stack([discs[:, :2], np.maximum(np.sqrt(discs[:, 2]) - 0.25, 0.0)**2])
+        way = np.concatenate([start[None], way, end[None]])
+        # An end may be a node itself.
+        way = way[np.append(True, np.abs(np.diff(way, axis=0)).max(axis=1) > 1e-6)]
+        return self._kernels.pull_string(self._squared, shy, way, self._radius, self._comfort)
+
+    @cached_property
+    def _field(self):
+        return self._new_field(_NO_DISCS)
+
+    def _around(self, discs):
+        """Return the field around discs; the last one is kept, for whoever stands, stands long."""
+        key = discs.tobytes()
+        if self._kept[0] != key:
+            self._kept = key, self._new_field(discs)
+        return self._kept[1]
+
+    def _new_field(self, discs):
+        """Return the cost from each node to the goal [cells], and the node where the way there bends first."""
+        goal = self._to_cells(self.goal)
+        ends, _ = self._nodes_in_sight(goal, discs)
+        cost, anchors = np.full(self._squared.shape, np.inf), np.full(self._squared.shape, -1, np.int32)
+        self._kernels.spread(self._squared, discs, ends, *goal, self._radius, self._comfort, cost, anchors)
+        return cost, anchors
+
+    @cached_property
+    def _scratch(self):
+        """What a search has reached and knows, the same before and after each."""
+        shape = self._squared.shape
+        return np.full(shape, np.inf), np.zeros(shape, np.int8), np.zeros(shape, np.int32), np.zeros(shape, np.int8)
+
+    def _nodes_in_sight(self, place, discs):
+        """Return nodes (n,) beside a place [cells] and their distances (n,); one that is near where it sees none."""
+        columns, rows = (np.arange(max(0, int(np.ceil(at)) - _NEAR), min(size, int(at) + _NEAR + 1))
+                         for at, size in zip(place, self._squared.shape[::-1]))
+        if not len(columns) or not len(rows):
+            return np.empty(0, np.int64), np.empty(0)
+        x, y = (values.ravel() for values in np.meshgrid(columns, rows))
+        distance = np.hypot(x - place[0], y - place[1])
+        has_room = self._squared[y, x] >= self._radius**2
+        beside = np.flatnonzero(has_room & (np.maximum(abs(x - place[0]), abs(y - place[1])) <= _BESIDE))
+        seen = [index for index in beside if self._kernels.is_clear(
+            self._squared, discs, *place, float(x[index]), float(y[index]), self._radius**2)]
+        if not seen and has_room.any():
+            seen = [np.where(has_room, distance, np.inf).argmin()]
+        return (y[seen] * self._squared.shape[1] + x[seen]).astype(np.int64), distance[seen]
+
+
+def _resolution(extent, radius):
+    """Return the distance of nodes [m] for a world of ``extent`` (2,) [m] and a body of ``radius`` [m]."""
+    area = float(extent.prod())
+    fine = max(radius / _FINE, np.sqrt(area / _NODES))
+    return max(min(fine, 2 * radius / _FINE), np.sqrt(area / _MOST_NODES))

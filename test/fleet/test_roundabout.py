@@ -1,0 +1,78 @@
+"""Roundabouts: who is sent round, on which side, and that the circle stays where it is."""
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobile_planning.fleet.roundabout import Roundabout, predict_crowd, updated
+
+PLACES = st.tuples(st.floats(-8, 8), st.floats(-8, 8))
+RADIUS = 0.2
+
+
+def swap(count, size):
+    """Return places on a circle and the goals opposite."""
+    angle = 2 * np.pi * np.arange(count) / count
+    places = size * np.column_stack([np.cos(angle), np.sin(angle)])
+    return places, -places
+
+
+def test_robots_that_swap_over_a_circle_crowd_in_its_middle():
+    centre, size = predict_crowd(*swap(16, 4.0), RADIUS, 1.0)
+    assert size == 16 and centre == pytest.approx((0, 0), abs=1e-9)
+
+
+def test_three_are_no_crowd_nor_are_many_side_by_side():
+    assert predict_crowd(*swap(3, 3.0), RADIUS, 1.0) is None
+    row = np.column_stack([np.zeros(8), 0.9 * np.arange(8)])
+    assert predict_crowd(row, row + (6, 0), RADIUS, 1.0) is None
+    assert predict_crowd(row, row, RADIUS, 1.0) is None
+
+
+@given(st.lists(st.tuples(PLACES, PLACES), min_size=4, max_size=12))
+def test_the_prediction_is_that_of_any_order_in_size(robots):
+    places, goals = np.array(robots).transpose(1, 0, 2)
+    crowds = predict_crowd(places, goals, RADIUS, 1.0), predict_crowd(places[::-1], goals[::-1], RADIUS, 1.0)
+    assert (crowds[0] is None) == (crowds[1] is None)
+    if crowds[0] is not None:
+        assert crowds[0][1] == crowds[1][1]
+
+
+@settings(max_examples=200)
+@given(PLACES, PLACES, PLACES, st.floats(0.4, 3.0))
+def test_a_way_round_ends_at_the_goal_with_the_centre_on_the_left(place, goal, centre, radius):
+    roundabout = Roundabout(np.array(centre), radius)
+    way = roundabout.way(place, goal, legs=400)
+    if way is None:
+        return
+    assert np.isfinite(way).all() and way[0] == pytest.approx(place) and way[-1] == pytest.approx(goal)
+    kept = min(radius, 0.8 * np.hypot(*np.subtract(goal, centre)))
+    steps, inward = np.diff(way, axis=0), np.array(centre) - way[:-1]
+    cross = steps[:, 0] * inward[:, 1] - steps[:, 1] * inward[:, 0]
+    assert (cross[:-1] >= -1e-9).all()
+    # Once outside, a chord of the tangent is all that is cut off.
+    outside = np.hypot(*(way - centre).T) >= kept
+    first = np.argmax(outside)
+    assert np.hypot(*(way[first:-1] - centre).T).min(initial=np.inf) >= kept - 0.05 if outside.any() else True
+
+
+def test_where_the_straight_line_misses_the_circle_there_is_no_way_round():
+    roundabout = Roundabout(np.zeros(2), 1.0)
+    assert roundabout.way((-3, 1.1), (3, 1.1)) is None
+    assert roundabout.way((-3, 0), (-5, 0)) is None
+    assert roundabout.way((-3, 0.5), (3, 0.5)) is not None
+
+
+def test_the_circle_stays_for_who_is_on_it_and_moves_a_little_for_who_is_far():
+    before = updated(None, (np.zeros(2), 16), (9, 0), RADIUS)
+    crowd = np.array((1.0, 0.0)), 12
+    near, far = (updated(before, crowd, place, RADIUS) for place in ((2, 0), (9, 0)))
+    assert near.centre == pytest.approx((0, 0)) and far.centre == pytest.approx((0.3, 0))
+    assert before.radius > near.radius > far.radius
+
+
+def test_the_circle_is_gone_some_time_after_the_crowd():
+    roundabout, looks = updated(None, (np.zeros(2), 16), (3, 0), RADIUS), 0
+    while roundabout is not None:
+        roundabout, looks = updated(roundabout, None, (3, 0), RADIUS), looks + 1
+    assert 3 <= looks <= 40
