@@ -1,0 +1,401 @@
+"""Coordination: one robot's part in agreeing on joint plans and carrying them out.
+
+There is no vote and no leader: whoever is stuck, or sees that it will meet somebody in a lane, proposes a plan for all
+around it, and everybody follows the newest plan that it has heard of. As long as robots follow different ones they may
+wait for each other, but they are safe: what a plan says is only where a robot would like to go. No clock and no I/O.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import InvalidInput, PlanningError
+from mobile_planning.fleet.follower import Follower
+from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan, JointStatus
+from mobile_planning.fleet.joint_plan import Member, plan_jointly
+from mobile_planning.fleet.lanes import LaneFinder
+from mobile_planning.fleet.message import Mode, RobotMsg
+from mobile_planning.fleet.roadmap import Roadmap
+from mobile_planning.world.environment import Environment
+
+#: A robot proposes after so long [s] without progress: on its own, where it may go on by its plan, where it waits.
+_STALLED, _STUCK, _WAITED = 1.5, 3.5, 12.0
+#: Lanes are looked at so often [s].
+_LOOK_EVERY = 1.0
+#: Whoever has not been heard for so long [s] counts as standing for ever.
+_SILENT = 3.0
+#: A plan for robots within this [m], and twice as far each time one is due again so soon [s].
+_GROUP, _AGAIN = 2.5, 12.0
+#: Steps of a plan, by how often one was due; then it is whole.
+_HORIZONS = (10, 25)
+#: Whoever is about to propose waits so long [s] for one with a lower id that is, too.
+_DEFER = 0.75
+#: A plan that a member lacks is said again so often [s].
+_REPEAT = 0.5
+#: A member that has left for a plan that is unknown here for so long [s] does not come back.
+_LEFT = 1.5
+#: A plan that ends this near to the goal [m] leads home.
+_HOME = 0.02
+_MAX_PLANS = 32
+
+
+@dataclass(frozen=True, eq=False)
+class JointRequest:
+    """All it takes to make a joint plan, so that it can be made beside the cycle.
+
+    Attributes
+    ----------
+    roadmap : Roadmap
+    proposer, boot_epoch, epoch : int
+    ids : tuple of int
+    members : tuple of Member
+    standing : tuple of ((2,) array_like [m], float [m])
+        Places and radii of those who will not move.
+    horizon : int
+        Steps.
+    """
+
+    roadmap: Roadmap
+    proposer: int
+    boot_epoch: int
+    epoch: int
+    ids: tuple[int, ...]
+    members: tuple[Member, ...]
+    standing: tuple[tuple[ArrayLike, float], ...]
+    horizon: int
+
+    def plan(self) -> JointPlan | None:
+        """Return the plan, in some ten milliseconds or more; None if it is too long to be told."""
+        found = plan_jointly(self.roadmap, self.members, np.random.default_rng((self.proposer, self.epoch)),
+                             self.standing, self.horizon)
+        needs = tuple(tuple(tuple((self.ids[other], count) for other, count in need) for need in each)
+                      for each in found.needs)
+        try:
+            return JointPlan(self.proposer, self.boot_epoch, 0, self.epoch, self.proposer, self.ids,
+                             tuple(found.ways), needs)
+        except InvalidInput:
+            return None
+
+
+class Coordination:
+    """What one robot knows of joint plans, and does about them.
+
+    Parameters
+    ----------
+    robot_id, boot_epoch : int
+    environment : Environment
+        The roadmap is made when a plan is first due, or by `prepare`.
+    radius : float [m]
+    v_max : float [m/s]
+    reach : float [m], optional
+        Nobody farther away is asked to join a plan.
+
+    Attributes
+    ----------
+    status : JointStatus
+        To be told to all in the message of a cycle.
+    request : JointRequest or None
+        For a plan that is due; its answer goes to `propose`.
+    """
+
+    def __init__(self, robot_id: int, environment: Environment, radius: float, v_max: float, *, boot_epoch: int = 1,
+                 reach: float = 15.0):
+        self.status = JointStatus()
+        self.request: JointRequest | None = None
+        self._id, self._boot, self._radius, self._v_max, self._reach = robot_id, boot_epoch, radius, v_max, reach
+        self._environment = environment
+        self._roadmaps: dict[tuple, Roadmap] = {}
+        self._lanes: LaneFinder | None = None
+        self._heard: dict[int, tuple[RobotMsg, float]] = {}
+        self._plans: dict[tuple[int, int], JointPlan] = {}
+        self._follower: Follower | None = None
+        self._last: Follower | None = None
+        self._sequence, self._level = 0, 0
+        self._proposed_at = self._look_at = self._said_at = -np.inf
+        self._proposing_since: float | None = None
+        self._left_at: dict[int, float] = {}
+        self._is_contested = False
+
+    def prepare(self) -> None:
+        """Make the roadmap now: from some ten milliseconds on, the larger the world the longer."""
+        self._lane_finder()
+
+    @property
+    def is_following(self) -> bool:
+        """Whether a joint plan is in force."""
+        return self._follower is not None
+
+    @property
+    def calls(self) -> bool:
+        """Whether a joint plan in force has moves left for this robot, even if it is at its goal."""
+        return self._follower is not None and not self._follower.has_finished
+
+    def way(self, position: ArrayLike) -> NDArray[np.float64] | None:
+        """Return way-points (W, 2) [m] from ``position`` to where the plan in force lets the robot go, if any is."""
+        return None if self._follower is None else self._follower.way(np.asarray(position, float))
+
+    # What comes in
+
+    def hear(self, message: RobotMsg | JointPlan, now: float) -> bool:
+        """Take in a ``message`` of a peer at ``now`` [s]; return whether it was news."""
+        if isinstance(message, RobotMsg):
+            self._heard[message.robot_id] = message, now
+            return True
+        if message.robot_id not in self._heard:
+            return False
+        if self._follower is not None and message.version == self._follower.plan.version:
+            self._said_at = now
+        if message.version in self._plans:
+            return False
+        self._remember(message)
+        if self._id in message.members and self._is_newer(message):
+            self._adopt(message, now)
+        return True
+
+    def _remember(self, plan):
+        self._plans[plan.version] = plan
+        if len(self._plans) > _MAX_PLANS:
+            del self._plans[min(self._plans)]
+
+    def _is_newer(self, plan):
+        """Whether to follow ``plan``: a plan that was left is not taken up again, nor is another of its time."""
+        if self._follower is not None:
+            return plan.version > self._follower.plan.version
+        return self._last is None or plan.epoch > self._last.plan.epoch
+
+    def _adopt(self, plan, now):
+        self._follower = self._last = Follower(plan, self._id, now)
+        self._proposing_since, self._left_at = None, {}
+
+    # Once a cycle
+
+    def update(self, now: float, position: ArrayLike, plan_end: ArrayLike, goal: ArrayLike, is_done: bool,
+               stalled: float, standing: Sequence[tuple[ArrayLike, float]] = ()) -> list[JointPlan]:
+        """Bring way and status up to date at ``now`` [s]; return the plans to be said again.
+
+        Where a new plan is due ``request`` is set: see `propose`.
+
+        Parameters
+        ----------
+        now : float [s]
+        position, plan_end, goal : (2,) array_like [m]
+            Where the robot is, where its plan in force ends, where it wants to go.
+        is_done : bool
+            Whether it is at its goal.
+        stalled : float [s]
+            How long it has made no progress; without meaning while a joint plan is in force.
+        standing : sequence of ((2,) array_like [m], float [m])
+            Places and radii of robots that are known to stay where they are.
+        """
+        position, plan_end, goal = (np.asarray(each, float) for each in (position, plan_end, goal))
+        self._follow(now, position, plan_end)
+        if self.request is None and self._is_due(now, plan_end, goal, is_done, stalled):
+            self.request = self._request(now, plan_end, goal, stalled, standing)
+        said = self._said_again(now)
+        self.status = self._status(0.0 if is_done or self._follower is not None else stalled)
+        return said
+
+    def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:
+        """Put in force what came of ``request`` at ``now`` [s]; return what is to be sent.
+
+        A plan that comes after a newer one is dropped.
+        """
+        self.request = None
+        if plan is None or not self._is_newer(plan):
+            return []
+        self._remember(plan)
+        self._adopt(plan, now)
+        self.status, self._said_at = self._status(0.0), now
+        return [self._as_own(plan)]
+
+    def _as_own(self, plan):
+        self._sequence += 1
+        return replace(plan, robot_id=self._id, boot_epoch=self._boot, sequence=self._sequence)
+
+    def _status(self, stalled):
+        last = self._last
+        if last is None:
+            return JointStatus(stalled=stalled, is_proposing=self._proposing_since is not None)
+        return JointStatus(*_version(last.plan), self._follower is not None, last.progress, stalled,
+                           self._proposing_since is not None)
+
+    def _is_silent(self, other, now):
+        return other not in self._heard or now - self._heard[other][1] > _SILENT
+
+    # The plan in force
+
+    def _follow(self, now, position, plan_end):
+        follower = self._follower
+        if follower is None:
+            return
+        gone = set()
+        for member in follower.plan.members:
+            if member == self._id or member not in self._heard:
+                continue
+            status = self._heard[member][0].joint
+            if status.version == follower.plan.version:
+                follower.learn(status.progress)
+            if self._has_left(member, status, now):
+                self._follower = None
+                return
+            if self._is_silent(member, now):
+                gone.add(member)
+        follower.advance(position, plan_end, now)
+        if follower.is_over(gone):
+            self._follower = None
+
+    def _has_left(self, member, status, now):
+        """Whether a member follows a plan without this robot, or has given up this one."""
+        plan = self._follower.plan
+        if status.version == plan.version:
+            return not status.is_followed and status.progress.get(member, 0) < plan.moves(member)
+        if status.version < plan.version:
+            return False
+        newer = self._plans.get(status.version)
+        if newer is not None:
+            return self._id not in newer.members
+        return now - self._left_at.setdefault(member, now) > _LEFT
+
+    def _said_again(self, now):
+        """Return the plan if it is this robot's turn to say it again, for a member that seems not to have it."""
+        if self._follower is None:
+            return []
+        plan = self._follower.plan
+        turn = 0.1 * plan.members.index(self._id)
+        lacking = (self._heard[member][0].joint.version < plan.version for member in plan.members
+                   if member != self._id and not self._is_silent(member, now))
+        if now - self._said_at < _REPEAT + turn or not any(lacking):
+            return []
+        self._said_at = now
+        return [self._as_own(plan)]
+
+    # Proposals
+
+    def _is_due(self, now, plan_end, goal, is_done, stalled):
+        """Whether to propose a plan now; who is about to says so, and waits for one with a lower id."""
+        if not self._is_in_need(now, plan_end, goal, is_done, stalled):
+            self._proposing_since = None
+            return False
+        if self._proposing_since is None:
+            self._proposing_since = now
+            return False
+        lower = any(other < self._id and message.joint.is_proposing and now - at < _DEFER
+                    for other, (message, at) in self._heard.items())
+        return not lower or now - self._proposing_since >= _DEFER
+
+    def _is_in_need(self, now, plan_end, goal, is_done, stalled):
+        follower = self._follower
+        if follower is not None:
+            if follower.has_finished:
+                return False
+            if follower.stuck > _STUCK or follower.waiting > _WAITED:
+                return True
+            return any(self._is_silent(other, now) for other in follower.waits_for(follower.released))
+        if is_done or np.linalg.norm(plan_end - goal) <= _HOME:
+            return False
+        if stalled >= _STALLED:
+            return True
+        if now >= self._look_at and (self._environment.obstacles or self._environment.grid is not None):
+            self._look_at = now + _LOOK_EVERY
+            self._is_contested = self._meets_somebody(now, plan_end, goal)
+        return self._is_contested
+
+    def _meets_somebody(self, now, plan_end, goal):
+        """Whether somebody comes against this robot in a lane."""
+        lanes = self._lane_finder()
+        own = lanes.uses(plan_end, goal, self._radius, self._v_max) if lanes is not None else {}
+        if not own:
+            return False
+        for message in self._around(now, plan_end).values():
+            if message.mode is Mode.DONE:
+                continue
+            theirs = lanes.uses(message.plan.end, message.goal, message.radius, message.v_max)
+            if any(lane in theirs and use.meets(theirs[lane]) for lane, use in own.items()):
+                return True
+        return False
+
+    def _around(self, now, plan_end):
+        """Return the newest messages of those within reach that can move, by id."""
+        return {other: message for other, (message, _) in self._heard.items()
+                if not self._is_silent(other, now) and message.mode is not Mode.STOPPED
+                and np.linalg.norm(message.plan.end - plan_end) < self._reach}
+
+    def _request(self, now, plan_end, goal, stalled, standing):
+        """Return the request for a plan for all around; None where none can be made."""
+        roadmap = self._roadmap()
+        if roadmap is None:
+            return None
+        self._level = self._level + 1 if now - self._proposed_at < _AGAIN else 0
+        self._proposed_at = now
+        around = self._around(now, plan_end)
+        group, has_lane = self._group(around, plan_end, goal)
+        ids = tuple(sorted([self._id, *group])[:MAX_MEMBERS])
+        members = tuple(Member(plan_end, goal, self._radius, stalled) if each == self._id else
+                        Member(around[each].plan.end, around[each].goal, around[each].radius,
+                               around[each].joint.stalled) for each in ids)
+        epochs = [version[0] for version in self._plans]
+        epochs += [message.joint.epoch for message, _ in self._heard.values()]
+        return JointRequest(roadmap, self._id, self._boot, 1 + max(epochs, default=0), ids, members,
+                            tuple(self._standing(now, ids, plan_end, standing)),
+                            MAX_MOVES if has_lane or self._level >= len(_HORIZONS) else _HORIZONS[self._level])
+
+    def _group(self, around, plan_end, goal):
+        """Return who is to join a plan, and whether a lane is part of it.
+
+        All nearby, and with each who follows a plan all others of that plan, with each who uses a lane all who use it.
+        """
+        lanes = self._lane_finder()
+        uses = {other: set(lanes.uses(message.plan.end, message.goal, message.radius, message.v_max))
+                for other, message in around.items()}
+        own = set(lanes.uses(plan_end, goal, self._radius, self._v_max))
+        near = _GROUP * 2.0**self._level
+        group = {other for other, message in around.items() if np.linalg.norm(message.plan.end - plan_end) < near}
+        if self._follower is not None:
+            group |= around.keys() & set(self._follower.plan.members)
+        while True:
+            used = own.union(*(uses[other] for other in group))
+            more = {other for other in around if uses[other] & used}
+            for other in group:
+                status = around[other].joint
+                if status.is_followed and status.version in self._plans:
+                    more |= around.keys() & set(self._plans[status.version].members)
+            if more <= group:
+                return group, bool(used)
+            group |= more
+
+    def _standing(self, now, ids, plan_end, standing):
+        """Return places and radii of those near that will not move for this plan: silent, stopped or parked."""
+        found = list(standing)
+        for other, (message, _) in self._heard.items():
+            stays = self._is_silent(other, now) or message.mode in (Mode.STOPPED, Mode.DONE)
+            if other not in ids and stays and np.linalg.norm(message.plan.end - plan_end) < self._reach:
+                found.append((message.plan.end, message.radius))
+        places = [message.plan.end for other, (message, _) in self._heard.items() if other in ids] + [plan_end]
+        # Who is known to stand and is asked to join stands no more.
+        return [(place, radius) for place, radius in found
+                if min(np.linalg.norm(np.asarray(place) - each) for each in places) > 0.5 * radius]
+
+    def _roadmap(self):
+        """Return the roadmap for all that are about; None where the world has no extent."""
+        radii = [self._radius, *(message.radius for message, _ in self._heard.values())]
+        key = min(radii), max(radii)
+        if key not in self._roadmaps:
+            try:
+                self._roadmaps[key] = Roadmap(self._environment, *key)
+            except PlanningError:
+                return None
+        return self._roadmaps[key]
+
+    def _lane_finder(self):
+        """Return what finds lanes for bodies like this one; None where the world has no extent."""
+        roadmap = self._roadmap()
+        if roadmap is not None and (self._lanes is None or self._lanes.roadmap is not roadmap):
+            self._lanes = LaneFinder(roadmap)
+        return self._lanes
+
+
+def _version(plan):
+    return plan.epoch, plan.proposer

@@ -1,0 +1,228 @@
+"""Joint plan: the ways of a group through a jam, and which move waits for which.
+
+The group is brought home as pebbles on the roadmap, from where everybody's plan ends: places that all can reach and
+where all can rest together. What comes out is no timetable: a move waits only for the moves of others that it would
+meet, however long they take.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from mobile_planning.fleet import pebbles
+from mobile_planning.fleet.pebbles import Instance, Steps
+from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
+
+#: Between two bodies, beside their radii [m]: room for a contract's line.
+GAP = 0.035
+#: A start this near to the goal is the goal [m].
+_HOME = 0.01
+#: What leaves a tight place may come nearer by this [m]: rounding.
+_SHRINK = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One robot of a group.
+
+    Attributes
+    ----------
+    start : (2,) array_like [m]
+        Where its plan ends.
+    goal : (2,) array_like [m]
+    radius : float [m]
+    urgency : float
+        Whoever has more goes first.
+    """
+
+    start: ArrayLike
+    goal: ArrayLike
+    radius: float
+    urgency: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class JointWays:
+    """Where each member goes, and what it waits for.
+
+    Attributes
+    ----------
+    ways : list of (K + 1, 2) ndarray [m]
+        From each member's start; move k leads from point k to point k + 1.
+    needs : list of list of list of (int, int)
+        For each move of each member the (member, moves) that must be over before it begins, without those that an
+        earlier move has waited for.
+    is_whole : bool
+        Whether they lead everybody home, or to its start where nothing leads home.
+    configurations : int
+        Looked at to find them.
+    """
+
+    ways: list[NDArray[np.float64]]
+    needs: list[list[list[tuple[int, int]]]]
+    is_whole: bool
+    configurations: int
+
+
+def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Generator,
+                 standing: Sequence[tuple[ArrayLike, float]] = (), horizon: int | None = None) -> JointWays:
+    """Return the ways of all members, and the order of their moves.
+
+    Parameters
+    ----------
+    roadmap : Roadmap
+    members : sequence of Member
+    rng : numpy.random.Generator
+    standing : sequence of ((2,) array_like [m], float [m])
+        Places and radii of those who will not move.
+    horizon : int, optional
+        Steps after which the ways end; by default they are whole.
+    """
+    instance, places = make_instance(roadmap, members, standing)
+    steps = pebbles.solve(instance, [member.urgency for member in members], rng)
+    steps = pebbles.refined(instance, steps, rng)
+    is_whole = steps.is_solved and (horizon is None or horizon >= len(steps.edges))
+    if horizon is not None:
+        steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)
+    ways, needs = order_moves(instance, places, steps)
+    return JointWays(ways, needs, is_whole, steps.configurations)
+
+
+def make_instance(roadmap: Roadmap, members: Sequence[Member],
+                  standing: Sequence[tuple[ArrayLike, float]] = ()) -> tuple[Instance, NDArray[np.float64]]:
+    """Return the instance of a group on a roadmap, and its places (n, 2) [m].
+
+    The starts and goals are places of their own, each for one robot only: first all starts, then all goals, after the
+    places of the roadmap. A start or a goal may be tighter than the rest; whoever leaves it must not come nearer to
+    what makes it so.
+    """
+    count, base = len(members), len(roadmap.places)
+    starts = np.array([member.start for member in members], float).reshape(-1, 2)
+    goals = np.array([member.goal for member in members], float).reshape(-1, 2)
+    radii = np.array([member.radius for member in members], float)
+    own = np.concatenate([starts, goals])
+    places = np.concatenate([roadmap.places, own])
+    edges, room = _own_edges(roadmap, starts, goals, radii)
+    edges = np.concatenate([roadmap.edges, edges])
+    usable = np.zeros((count, len(edges)), bool)
+    usable[:, :len(roadmap.edges)] = roadmap.rooms >= radii[:, None] + TIGHT
+    owners = (edges[len(roadmap.edges):].max(axis=1) - base) % max(count, 1)
+    usable[owners, np.arange(len(roadmap.edges), len(edges))] = room
+    _avoid(usable, places, edges, starts, radii, base, standing)
+
+    needs = radii[:, None] + radii + GAP
+    sums, kinds = np.unique(needs.round(6), return_inverse=True)
+    kinds = kinds.reshape(count, count).astype(np.int64)
+    tables = [_conflicts(roadmap, float(distance), places, edges, own, base) for distance in sums]
+    close, swept = (np.array([table[i] for table in tables]) for i in range(2))
+    lengths = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
+    at, home = base + np.arange(count), base + count + np.arange(count)
+    home = np.where(np.linalg.norm(starts - goals, axis=1) < _HOME, at, home)
+    to_go = np.empty((count, len(places)))
+    for i in range(count):
+        graph = csr_matrix((lengths[usable[i]], edges[usable[i]].T), shape=(len(places),) * 2)
+        to_go[i] = dijkstra(graph, directed=False, indices=home[i])
+        if not np.isfinite(to_go[i, at[i]]):
+            home[i] = at[i]
+            to_go[i] = dijkstra(graph, directed=False, indices=home[i])
+    return Instance(edges, lengths, at, home, usable, to_go, kinds, close, swept), places
+
+
+def _own_edges(roadmap, starts, goals, radii):
+    """Return the edges (K, 2) that join starts and goals to the roadmap and to each other, and which have room (K,)."""
+    own, base, count = np.concatenate([starts, goals]), len(roadmap.places), len(starts)
+    who, where = roadmap.near(own)
+    direct = np.flatnonzero(np.linalg.norm(starts - goals, axis=1) <= REACH)
+    edges = np.concatenate([np.column_stack([where, who + base]),
+                            np.column_stack([direct + base, direct + base + count])]).astype(np.int64)
+    first = np.concatenate([own[who], starts[direct]])
+    last = np.concatenate([roadmap.places[where], goals[direct]])
+    rooms, at_first = roadmap.room_along(first, last)
+    need = np.concatenate([np.tile(radii, 2)[who], radii[direct]]) + TIGHT
+    return edges, rooms >= np.minimum(need, at_first - 1e-4)
+
+
+def _avoid(usable, places, edges, starts, radii, base, standing):
+    """Rule out the edges that lead past those who stand; a start may be as near to one as it is."""
+    if not len(standing):
+        return
+    discs, wide = np.array([place for place, _ in standing], float), np.array([radius for _, radius in standing])
+    gaps = distances(places[edges[:, 0]], places[edges[:, 1]], discs)
+    for i, radius in enumerate(radii):
+        need = np.tile(radius + wide + GAP, (len(edges), 1))
+        leaving = (edges == base + i).any(axis=1)
+        need[leaving] = np.minimum(need[leaving], np.linalg.norm(discs - starts[i], axis=1) - _SHRINK)
+        usable[i] &= (gaps >= need).all(axis=1)
+
+
+def _conflicts(roadmap, distance, places, edges, own, base):
+    """Return which places are too close for two robots (n, n), and which edges are to places (m, n)."""
+    count, few = len(own) // 2, len(roadmap.edges)
+    close = np.zeros((len(places), len(places)), bool)
+    swept = np.zeros((len(edges), len(places)), bool)
+    close[:base, :base], swept[:few, :base] = roadmap.conflicts(distance)
+    gaps = np.linalg.norm(own[:, None] - places, axis=2)
+    # Starts and goals are what they are: robots do rest there together.
+    gaps[:, base:] += GAP
+    close[base:], close[:, base:] = gaps < distance, (gaps < distance).T
+    swept[:few, base:] = distances(places[edges[:few, 0]], places[edges[:few, 1]], own) < distance
+    new = edges[few:]
+    apart = distances(places[new[:, 0]], places[new[:, 1]], places)
+    need = np.full(apart.shape, distance)
+    between = np.linalg.norm(own[:, None] - own, axis=2)
+    # Only places where two can rest together; from where they start they do, whatever was heard.
+    between[between < distance - GAP - 1e-6] = np.inf
+    between[:count, :count] = np.linalg.norm(own[:count, None] - own[:count], axis=2)
+    for end in new.T:
+        is_own = end >= base
+        need[is_own, base:] = np.minimum(need[is_own, base:], between[end[is_own] - base] - _SHRINK)
+    # It is in nobody's way at its own start and goal.
+    owner = (new.max(axis=1) - base) % max(count, 1)
+    rows = np.arange(len(new))
+    need[rows, base + owner] = need[rows, base + count + owner] = 0.0
+    swept[few:] = apart < need
+    return close, swept
+
+
+def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps):
+    """Return the ways (K + 1, 2) of all robots without their waits, and what each move needs; see `JointWays`.
+
+    A move waits for the last move of each other robot that comes before it, by its step and its turn in the step,
+    and that it would meet.
+    """
+    count = instance.count
+    turns = [pebbles.ranks(instance, steps, t) for t in range(len(steps.edges))]
+    robot, at = np.nonzero(steps.edges.T >= 0)
+    when = at * (count + 1) + np.array(turns, np.int64).reshape(-1, count)[at, robot]
+    u, v, e = steps.places[at, robot], steps.places[at + 1, robot], steps.edges[at, robot]
+    kinds = instance.kinds[robot[:, None], robot]
+    meets = _crosses(places[u], places[v])
+    for end in (u, v):
+        sweeps = instance.swept[kinds, e[:, None], end]
+        meets |= sweeps | sweeps.T
+    first = np.searchsorted(robot, np.arange(count + 1))
+    number = np.arange(len(robot)) - first[robot] + 1
+    waits = np.where(meets & (when[:, None] > when) & (robot[:, None] != robot), number, 0)
+    ways = [places[np.concatenate([steps.places[:1, i], v[first[i]:first[i + 1]]])] for i in range(count)]
+    needs = []
+    for i in range(count):
+        own = waits[first[i]:first[i + 1]]
+        most = np.stack([own[:, first[j]:first[j + 1]].max(axis=1, initial=0) for j in range(count)], axis=1)
+        before = np.maximum.accumulate(np.concatenate([np.zeros((1, count), most.dtype), most]), axis=0)[:-1]
+        needs.append([[(int(j), int(row[j])) for j in np.flatnonzero(row > known)] for row, known in zip(most, before)])
+    return ways, needs
+
+
+def _crosses(a, b):
+    """Return which of the segments from ``a`` to ``b`` (K, 2) cross each other (K, K)."""
+    along = b - a
+    from_a, from_b = a[None] - a[:, None], b[None] - a[:, None]
+    side_a = along[:, None, 0] * from_a[..., 1] - along[:, None, 1] * from_a[..., 0]
+    side_b = along[:, None, 0] * from_b[..., 1] - along[:, None, 1] * from_b[..., 0]
+    splits = side_a * side_b < 0
+    return splits & splits.T
