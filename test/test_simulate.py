@@ -28,8 +28,21 @@ def test_a_mission_that_is_not_valid_exits_with_1(capsys):
 def test_channel_and_seed_are_options(capsys):
     def table(*options):
         assert main([HEAD_ON, '--loss', '0.3', '--delay', '0.2', *options]) == 0
-        return capsys.readouterr().out
+        # How long it takes to plan a section is no matter of the seed.
+        return [row for row in capsys.readouterr().out.splitlines() if not row.startswith('sections')]
     assert table('--seed', '4') == table('--seed', '4') != table('--seed', '5')
+
+
+@pytest.mark.parametrize('options', [['--faults', 'net'], ['--skew', '0.02'], ['--any-phase'], ['--no-check'],
+                                     ['--faults', 'join', '--skew', '0.005', '--loss', '0.1']])
+def test_faults_clocks_and_cycles_are_options(options, capsys):
+    assert main([HEAD_ON, *options]) == 0
+    assert '2 of 2 robots' in capsys.readouterr().out
+
+
+def test_a_robot_that_dies_leaves_a_mission_that_is_not_valid(capsys):
+    assert main([HEAD_ON, '--faults', 'kill']) == 1
+    assert 'violation' not in capsys.readouterr().out
 
 
 def test_as_many_robots_as_asked_for_drive(capsys):
@@ -46,14 +59,16 @@ def test_the_robots_of_a_scene_are_listed_without_driving(capsys):
 @pytest.mark.parametrize('arguments, word', [
     (['nowhere.yaml'], 'nowhere.yaml'), ([HEAD_ON, '--robots', '5'], '5 robots'),
     ([HEAD_ON, '--robots', '0'], '0 robots'), ([HEAD_ON, '--loss', '2'], 'loss'),
-    ([HEAD_ON, '--delay', '-1'], 'delay'), ([HEAD_ON, '--delay', 'nan'], 'delay'), ([HEAD_ON, '--seed', '-1'], 'seed')])
+    ([HEAD_ON, '--delay', '-1'], 'delay'), ([HEAD_ON, '--delay', 'nan'], 'delay'), ([HEAD_ON, '--seed', '-1'], 'seed'),
+    ([HEAD_ON, '--skew', '-1'], 'clock')])
 def test_bad_input_exits_with_2_and_one_sentence(arguments, word, capsys):
     assert main(arguments) == 2
     said = capsys.readouterr().err
     assert said.startswith('simulate: ') and word in said and len(said.splitlines()) == 1
 
 
-@pytest.mark.parametrize('arguments', [[], [HEAD_ON, '--robots', 'many'], [HEAD_ON, '--speed', '3']])
+@pytest.mark.parametrize('arguments', [[], [HEAD_ON, '--robots', 'many'], [HEAD_ON, '--speed', '3'],
+                                       [HEAD_ON, '--faults', 'plague']])
 def test_a_command_line_that_is_not_understood_exits_with_2(arguments):
     with pytest.raises(SystemExit) as exit_:
         main(arguments)

@@ -1,15 +1,17 @@
 """WorldSim: a whole mission in process, in logical time, the same to the byte for one seed."""
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import count
 
 import numpy as np
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.channel import Channel
+from mobile_planning.fleet.episode import Episode
+from mobile_planning.fleet.faults import Faults
+from mobile_planning.fleet.invariant import Breach
+from mobile_planning.fleet.makespan import lower_bound
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report, verify
@@ -31,6 +33,14 @@ class WorldSim:
     phy_boundary : Boundary or None
     grid : OccupancyGrid or None
 
+    Attributes
+    ----------
+    robots : dict of int to Robot
+        As they were before the mission; a robot that restarts is another one.
+    environment : Environment
+    episode : Episode or None
+        What happened; None before the mission is run.
+
     Raises
     ------
     InvalidInput
@@ -42,23 +52,31 @@ class WorldSim:
         self.name = str(name_id)
         self.robots = {robot.eyed: robot for robot in robots}
         self.environment = Environment(phy_boundary, obstacles, grid)
+        self.episode: Episode | None = None
         if len(self.robots) != len(robots) or not robots:
             raise InvalidInput(f'robot ids must differ and there must be one robot: {[r.eyed for r in robots]}')
         require_apart([replace(body_of(robot), radius=robot.limits.radius) for robot in robots])
 
     @property
     def solutions(self) -> dict[int, Solution]:
-        """What each robot has driven, by id."""
+        """What each robot has driven, by id, under all its processes."""
+        if self.episode is not None:
+            return {eyed: vehicle.solution for eyed, vehicle in self.episode.vehicles.items()}
         return {eyed: robot.sol for eyed, robot in self.robots.items()}
 
+    @property
+    def breaches(self) -> list[Breach]:
+        """What broke in the mission, when and between whom."""
+        return [] if self.episode is None else self.episode.breaches
+
     def run(self, seed: int = 0, loss: float = 0.0, delay: float = 0.0, timeout: float = 60.0, *,
-            start_time: float = 0.0) -> Report:
+            start_time: float = 0.0, faults: Faults = Faults(), check: bool = True) -> Report:
         """Drive the mission and return the report on it.
 
         Parameters
         ----------
         seed : int
-            Of the robots' phases and of the channel.
+            Of all that is random: phases, clocks, times to plan, and the channel.
         loss : float
             Share of the messages lost.
         delay : float [s]
@@ -66,41 +84,37 @@ class WorldSim:
         timeout : float [s]
             Simulated time after which the mission ends as it stands.
         start_time : float [s]
-            Of the mission, on the fleet's clock; no robot is switched on later.
+            Of the mission, on the fleet's clock.
+        faults : Faults
+            What else goes wrong.
+        check : bool
+            The invariant is checked after every event; what breaks is in ``breaches`` and in the report.
 
         Raises
         ------
         InvalidInput
-            A number is out of its range.
+            A number is out of its range, or a fault befalls a robot that is not there.
         """
         if seed < 0 or not 0 < timeout < np.inf or not np.isfinite(start_time):
             raise InvalidInput(f'seed {seed}, timeout {timeout} s or start time {start_time} s is out of range')
-        rng, channel = np.random.default_rng(seed), Channel(loss, delay)
-        ticket = count()
-        events = [(start_time + float(phase) * robot.Tc, next(ticket), robot, None)
-                  for robot, phase in zip(self.robots.values(), rng.random(len(self.robots)))]
-        heapq.heapify(events)
-        for robot in self.robots.values():
-            robot.start(list(self.robots), start_time)
-        while events and events[0][0] <= start_time + timeout:
-            now, _, robot, message = heapq.heappop(events)
-            if message is not None:
-                robot.receive(message, now)
-                continue
-            for sent in robot.step(now):
-                for peer in self.robots.values():
-                    travel = channel.travel_time(rng) if peer is not robot else None
-                    if travel is not None:
-                        heapq.heappush(events, (now + travel, next(ticket), peer, sent))
-            heapq.heappush(events, (now + robot.Tc, next(ticket), robot, None))
-            if all(other.is_done for other in self.robots.values()):
-                break
+        if self.episode is not None:
+            raise InvalidInput('a robot drives one mission: make a new simulation for another run')
+        channel = Channel(loss, delay, duplicates=faults.duplicates, interruptions=faults.interruptions)
+        self.episode = Episode(list(self.robots.values()), seed, channel, faults, start_time,
+                               is_watched=check)
+        self.episode.run(timeout)
         return self.verify(start_time)
 
     def verify(self, start_time: float) -> Report:
         """Return the report on the solutions as they stand."""
-        return verify(self.solutions, [body_of(robot) for robot in self.robots.values()],
-                      self.environment, start_time, self.name)
+        bodies = [body_of(robot) for robot in self.robots.values()]
+        report = verify(self.solutions, bodies, self.environment, start_time, self.name)
+        if self.episode is None:
+            return report
+        episode, breaches = self.episode, [str(breach) for breach in self.breaches]
+        return replace(report, valid=report.valid and not breaches, violations=report.violations + breaches,
+                       lower_bound=lower_bound(bodies, self.environment), dead=len(episode.dead),
+                       messages=episode.messages, message_bytes=episode.message_bytes)
 
 
 def body_of(robot: Robot) -> Body:

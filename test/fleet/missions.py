@@ -23,13 +23,17 @@ def swap(**options):
 
 
 def exchange(robots, until, delivers=lambda now: True, since=0.0, step=0.25):
-    """Step robots in turn, hand each message to all at once where ``delivers`` says so; yield (now, robot, said)."""
+    """Step robots in turn, hand each message to all at once where ``delivers`` says so; yield (now, robot, said).
+
+    What falls due meanwhile is said before the next robot's step.
+    """
     for cycle in range(int(round(until / step))):
-        now = since + cycle * step
         for index, sender in enumerate(robots):
-            at = now + 0.01 * index * step
-            messages = sender.step(at)
-            for message in messages if delivers(cycle * step) else ():
-                for peer in robots:
-                    peer.receive(message, at)
-            yield at, sender, messages
+            now = since + (cycle + index / len(robots)) * step
+            messages = sender.step(now)
+            yield now, sender, messages
+            while messages:
+                for message in messages if delivers(cycle * step) else ():
+                    for peer in robots:
+                        peer.receive(message, now)
+                messages = [answer for peer in robots if peer.has_answers for answer in peer.answers(now)]
