@@ -26,6 +26,9 @@ class Solution:
         To plan each section.
     sample : float [s]
         Greatest time between samples.
+    start_time : float [s] or None
+        When the mission started, on the fleet's clock, from which ``t`` counts; None for the first knot, when the robot
+        was switched on. The plans keep the knots of the fleet's clock.
     """
 
     eyed: int
@@ -33,14 +36,15 @@ class Solution:
     done: bool = False
     section_times: tuple[float, ...] = ()
     sample: float = field(default=0.01, kw_only=True)
+    start_time: float | None = field(default=None, kw_only=True)
 
     @property
     def end(self) -> float:
-        """Time [s] from which the robot stands still."""
+        """Time [s], on the fleet's clock, from which the robot stands still."""
         return self.plans[-1].end_knot * self.plans[-1].step
 
     def states(self, times: NDArray) -> NDArray[np.float64]:
-        """Return x, y, theta, v, omega (N, 5) at increasing ``times`` (N,) [s]."""
+        """Return x, y, theta, v, omega (N, 5) at increasing ``times`` (N,) [s] of the fleet's clock."""
         starts = [plan.first_knot * plan.step for plan in self.plans]
         bounds = [0, *np.searchsorted(times, starts[1:]), len(times)]
         return np.concatenate([plan.states(times[low:high])
@@ -48,13 +52,17 @@ class Solution:
 
     @cached_property
     def t(self) -> NDArray[np.float64]:
-        """Sample times (N,) [s], from the first knot to the end."""
-        start = self.plans[0].first_knot * self.plans[0].step
-        return start + np.linspace(0.0, self.end - start, int(np.ceil((self.end - start) / self.sample)) + 1)
+        """Sample times (N,) [s], from 0, the start of the mission, to the end; never more than ``sample`` apart."""
+        duration = max(self.end - self._start, 0.0)
+        return np.linspace(0.0, duration, int(np.ceil(duration / self.sample)) + 1)
+
+    @property
+    def _start(self):
+        return self.plans[0].first_knot * self.plans[0].step if self.start_time is None else self.start_time
 
     @cached_property
     def _samples(self):
-        return self.states(self.t)
+        return self.states(self._start + self.t)
 
     @property
     def x(self) -> NDArray[np.float64]:

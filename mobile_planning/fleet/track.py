@@ -1,198 +1,118 @@
-"""Track: the motion of one robot as a judge sees it, and the limits that it breaks.
-
-Made from the control points of published plans by scipy; shares no code with the
-planner. Times count from the start of the mission, so that a start in seconds
-since 1970 costs no digits.
-"""
-from __future__ import annotations
-
+"""Track: what one robot has published, span by span, as a judge reads it; shares no code with the planner."""
 from fractions import Fraction
+from math import floor
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from mobile_planning.geometry import wrap_angle
 
-#: Lengths [m], and jumps of them and of their derivatives, below this are rounding.
-TOLERANCE = 1e-6
-#: What headings may differ by where they should be equal [rad].
-_SAME_HEADING = 1e-3
-#: Between two samples [s], and the nearness to the goal that counts as arrived [m, rad].
-_STEP = 0.005
-_ARRIVED, _TURNED = 0.05, 0.05
+#: Lengths below this [m] are rounding, and headings [rad] below that.
+TOLERANCE, SAME_HEADING = 1e-7, 1e-4
+#: From this knot on a robot stands at its start, until it is switched on.
+_EVER = -2**40
+_TO_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6
 
 
 class Track:
-    """The motion of one robot.
-
-    Parameters
-    ----------
-    body : Body
-        What the robot is held to.
-    solution : Solution or None
-        None stands for a robot that never left its start.
-    start_time : float [s]
-        Of the mission, on the fleet's clock.
+    """All plans of one robot, of which plan 0 is its rest at the start, each with one span more at rest.
 
     Attributes
     ----------
-    body : Body
-    end : float [s]
-        From when on nothing changes.
+    faults : list of str
+        What is wrong with single plans; from a plan that is none on, the robot counts as silent.
+    first, last, low, high : (P, ...) ndarray
+        Of each plan the knot from which it is in force, the one from which it rests, and a box around it [m]. Knots
+        count from the last one before the mission's start: a start in seconds since 1970 costs no digits.
+    plan, knot, points, curves, turn, theta : (K, ...) ndarray
+        Of each span its plan, its knot, its control points and Bezier points (4, 2) [m], how far it turns at rest [rad]
+        and the heading at its start [rad].
+    velocity, ahead : (K, 3, 2) ndarray [m per span]
+        Control points of the velocity; the same without its zeros at the ends of a move, so that its direction is left.
     """
 
-    def __init__(self, body, solution, start_time):
-        self.body, self._plans = body, list(solution.plans) if solution is not None else []
-        self._curves = [BSpline(np.arange(len(plan.points) + 4) - 3.0, plan.points, 3) for plan in self._plans]
-        self._starts = np.array([float(plan.first_knot * Fraction(plan.step) - Fraction(start_time))
-                                 for plan in self._plans])
-        self._ends = np.array([start + (len(plan.points) - 3) * plan.step
-                               for start, plan in zip(self._starts, self._plans)])
-        self.end = max([0.0, *self._ends])
+    def __init__(self, body, plans, start_time, step):
+        self.body, self.step, self.faults = body, step, []
+        start, plans = Fraction(start_time) / Fraction(step), self._sound(plans)
+        self._shift = float(start - floor(start))
+        controls = [np.tile(body.start[:2], (4, 1)), *(plan.points for plan in plans)]
+        sizes = np.array([len(control) - 2 for control in controls])
+        self.first = np.array([_EVER, *(plan.first_knot - floor(start) for plan in plans)])
+        self.last, self._offset = self.first + sizes - 1, np.cumsum(sizes) - sizes
+        self.plan = np.repeat(np.arange(len(sizes)), sizes)
+        self.knot = self.first[self.plan] + np.arange(len(self.plan)) - self._offset[self.plan]
+        self.points = np.concatenate([np.lib.stride_tricks.sliding_window_view(
+            np.concatenate([control, control[-1:]]), 4, axis=0) for control in controls]).transpose(0, 2, 1)
+        self.curves = _TO_BEZIER @ self.points
+        self.low, self.high = (function.reduceat(function.reduce(self.curves, axis=1), self._offset, axis=0)
+                               for function in (np.minimum, np.maximum))
+        d = np.diff(self.points, axis=1)
+        self.velocity = np.stack([(d[:, 0] + d[:, 1]) / 2, d[:, 1], (d[:, 1] + d[:, 2]) / 2], axis=1)
+        self.ahead, self._moves = _without_zeros(*self.velocity.transpose(1, 0, 2)), d.any(axis=(1, 2))
+        self.theta, self.turn = np.full(len(d), float(body.start[2])), np.zeros(len(d))
+        along = np.arctan2(self.ahead[..., 1], self.ahead[..., 0])
+        for plan, low, size in zip(plans, self._offset[1:], sizes[1:]):
+            self._set_headings(plan, low, low + size - 1, along)
 
-    def at(self, times):
-        """Return the position (N, 2) [m] at ``times`` (N,)."""
-        if not self._plans:
-            return np.tile(self.body.start[:2], (len(times), 1))
-        result, which = np.empty((len(times), 2)), self._in_force(times)
-        for index in np.unique(which):
-            result[which == index] = self._value(index, times[which == index], 0)
-        return result
+    def _sound(self, plans):
+        """Return the plans up to the first that is none."""
+        for index, plan in enumerate(plans):
+            points, before = np.asarray(plan.points), plans[max(index - 1, 0)]
+            if not (points.ndim == 2 and len(points) >= 4 and (np.abs(points) <= 1e6).all() and plan.step == self.step
+                    and (points[-3:] == points[-1]).all() and plan.first_knot >= before.first_knot
+                    and np.isfinite(plan.heading) and not np.isinf(plan.final_heading)):
+                self.faults.append(f'robot {self.body.eyed}: what starts at knot {plan.first_knot} is no plan: those '
+                                   f'are finite, end at rest, follow each other and have knots {self.step} s apart')
+                return plans[:index]
+        return plans
 
-    def speed_bounds(self, times):
-        """Return a bound (N,) [m/s] of the speed around ``times`` (N,).
+    def _set_headings(self, plan, span, high, along):
+        """Follow the heading through one plan: along the motion or against it, turned evenly at rest."""
+        heading, side, low = float(plan.heading), 0.0, span
+        while span < high:
+            departs = span + int(np.append(self._moves[span:high], True).argmax())
+            wanted = heading if np.isnan(plan.final_heading) else float(plan.final_heading)
+            if departs < high:
+                if departs > span or span == low:
+                    is_behind = abs(wrap_angle(along[departs, 0] - heading)) > np.pi / 2 + 1e-9
+                    side = np.pi if plan.reverse and is_behind else 0.0
+                wanted = along[departs, 0] + side
+            if departs > span:
+                self.turn[span:departs] = wrap_angle(wanted - heading) / (departs - span)
+                self.theta[span:departs] = heading + self.turn[span] * np.arange(departs - span)
+            elif abs(wrap_angle(wanted - heading)) > SAME_HEADING:
+                self.faults.append(f'robot {self.body.eyed}: heading jumps at {self.time(self.knot[span]):.3f} s')
+            self.theta[departs] = wanted
+            heading, span = along[departs, 2] + side if departs < high else wanted, departs + 1
+        self.theta[high] = heading
 
-        The greater one of two neighbours, a few milliseconds apart, holds all the time between them.
-        """
-        if not self._plans:
-            return np.zeros(len(times))
-        result, which = np.empty(len(times)), self._in_force(times)
-        for index in np.unique(which):
-            # The velocity is a convex combination of three control points of its own.
-            speeds = np.linalg.norm(np.diff(self._plans[index].points, axis=0), axis=1) / self._plans[index].step
-            spans = np.lib.stride_tricks.sliding_window_view(speeds, 3).max(axis=1)
-            u = self._u(index, times[which == index])
-            if self._plans[index].step < _STEP:
-                spans[:] = spans.max()
-            around = np.clip(np.array([u - 1e-9, u + 1e-9]).astype(int), 0, len(spans) - 1)
-            result[which == index] = np.where((u > 0) & (u < len(spans)), spans[around].max(axis=0), 0.0)
-        return result
+    def time(self, knot):
+        """Return the time [s] since the start at ``knot``."""
+        return (knot - self._shift) * self.step
 
-    def _in_force(self, times):
-        return np.clip(np.searchsorted(self._starts, times + 1e-9, side='right') - 1, 0, None)
+    def at(self, plans, knots):
+        """Return the index of the span of each of ``plans`` that starts at each of ``knots``."""
+        return self._offset[plans] + np.clip(knots, self.first[plans], self.last[plans]) - self.first[plans]
 
-    def _u(self, index, times):
-        plan = self._plans[index]
-        return np.clip((times - self._starts[index]) / plan.step, 0, len(plan.points) - 3)
+    def in_force(self, knots):
+        """Return which plan is in force from each of ``knots`` on."""
+        return np.searchsorted(self.first, knots, side='right') - 1
 
-    def _value(self, index, times, order):
-        """Return the position (N, 2) or a derivative of it by plan ``index`` at ``times`` (N,)."""
-        curve = self._curves[index] if order == 0 else self._curves[index].derivative(order)
-        return curve(self._u(index, times)) / self._plans[index].step**order
+    def places(self, times):
+        """Return where the robot is (N, 2) [m] at ``times`` (N,) [s] since the start, by the B-spline's own basis."""
+        knots = np.floor(u := times / self.step + self._shift).astype(np.int64)
+        s, q = (u - knots)[:, None], self.points[self.at(self.in_force(knots), knots)]
+        return ((1 - s)**3 * q[:, 0] + (3 * s**3 - 6 * s**2 + 4) * q[:, 1]
+                + (3 * (s + s**2 - s**3) + 1) * q[:, 2] + s**3 * q[:, 3]) / 6
 
-    def arrival(self):
-        """Return when the robot came to rest at its goal, infinite if it did not."""
-        if not self._plans:
-            return np.inf
-        goal, end = self.body.goal, self._ends[-1]
-        near = np.linalg.norm(self._plans[-1].points[-1] - goal[:2])
-        turned = abs(float(wrap_angle(self._heading(-1, end) - goal[2])))
-        return max(end, 0.0) if near <= _ARRIVED and turned <= _TURNED else np.inf
-
-    def violations(self):
-        """Say where the robot broke its own limits, jumped, or began elsewhere."""
-        found = []
-        for index, plan in enumerate(self._plans):
-            if not index:
-                found += self._wrong_start()
-            elif self._starts[index] < self._starts[index - 1]:
-                found.append(f'robot {self.body.eyed}: plan {index} starts before its predecessor')
-            else:
-                found += self._jumps(index)
-            until = self._starts[index + 1] if index + 1 < len(self._plans) else self._ends[index]
-            found += self._limits(index, max(until, self._starts[index]))
-        return found
-
-    def _wrong_start(self):
-        """Compare the first pose with the one of the mission."""
-        body, start = self.body, self._starts[:1]
-        place, heading = self._value(0, start, 0)[0], self._heading(0, start[0])
-        if np.linalg.norm(place - body.start[:2]) > TOLERANCE:
-            return [f'robot {body.eyed} begins at {place}, not at its start {body.start[:2]}']
-        if abs(wrap_angle(heading - body.start[2])) > _SAME_HEADING:
-            return [f'robot {body.eyed} begins with the heading {heading:.4f} rad, not {body.start[2]:.4f}']
-        return []
-
-    def _jumps(self, index):
-        """Compare position, velocity, acceleration and heading on both sides of a change of plan."""
-        now, who = self._starts[index:index + 1], f'robot {self.body.eyed}'
-        for order, what in enumerate(('position', 'velocity', 'acceleration')):
-            before, after = (self._value(i, now, order) for i in (index - 1, index))
-            if np.abs(before - after).max() > TOLERANCE:
-                return [f'{who}: {what} jumps by {np.abs(before - after).max():.2g} at {now[0]:.3f} s']
-        turn = abs(float(wrap_angle(self._heading(index, now[0]) - self._heading(index - 1, now[0]))))
-        return [f'{who}: heading jumps by {turn:.2g} rad at {now[0]:.3f} s'] if turn > _SAME_HEADING else []
-
-    def _limits(self, index, until):
-        """Compare the speed, acceleration and turn rate of plan ``index``, while in force, with the limits."""
-        plan, body = self._plans[index], self.body
-        spans = float(self._u(index, until))
-        even = np.linspace(0, spans, max(2, int(np.ceil(spans * plan.step / _STEP)) + 1))
-        times = self._starts[index] + np.union1d(even, np.arange(spans)) * plan.step
-        velocity, acceleration = (self._value(index, times, order) for order in (1, 2))
-        speed = np.linalg.norm(velocity, axis=1)
-        moving = speed > 1e-3
-        cross = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
-        turn = np.abs(cross[moving]) / speed[moving]**2
-        # Where the robot slows down to turn on the spot, only the change of its heading shows how fast.
-        heading = np.arctan2(velocity[moving, 1], velocity[moving, 0])
-        sharpest = (np.abs(wrap_angle(np.diff(heading))) - _SAME_HEADING) / np.diff(times[moving]).clip(1e-9)
-        in_place = [abs(wrap_angle(after - before)) / ((last - first) * plan.step)
-                    for first, last, before, after in self._rests(plan) if first < spans]
-        checks = [('speed', speed.max(), body.v_max, 'm/s'),
-                  ('acceleration', np.linalg.norm(acceleration, axis=1).max(), body.a_max, 'm/s^2'),
-                  ('turn rate', max(turn.max(initial=0.0), sharpest.max(initial=0.0)), body.omega_max, 'rad/s'),
-                  ('turn rate in place', max(in_place, default=0.0), body.omega_max, 'rad/s')]
-        return [f'robot {body.eyed}: {what} {value:.4f} {unit} exceeds {limit} at the plan of knot {plan.first_knot}'
-                for what, value, limit, unit in checks if value > limit * (1 + 1e-6)]
-
-    def _heading(self, index, time):
-        """Return the heading [rad] by plan ``index`` at ``time``."""
-        plan, u = self._plans[index], float(self._u(index, time))
-        for first, last, before, after in self._rests(plan):
-            if first - 1e-9 <= u <= last + 1e-9:
-                return before + float(wrap_angle(after - before)) * min(max((u - first) / (last - first), 0.0), 1.0)
-        velocity = self._value(index, np.array([time]), 1)[0]
-        if np.linalg.norm(velocity) < 1e-9:
-            ahead = _next_step(plan, int(u))
-            velocity = _last_step(plan, int(u)) if ahead is None else ahead
-        return float(np.arctan2(velocity[1], velocity[0]))
-
-    @staticmethod
-    def _rests(plan):
-        """Return the runs of spans at rest: (first, last + 1, heading at the first, heading at the last [rad])."""
-        count, rests, span = len(plan.points) - 3, [], 0
-        moves = np.diff(plan.points, axis=0).any(axis=1)
-        while span < count:
-            first = span
-            while span < count and not moves[span:span + 3].any():
-                span += 1
-            if span > first:
-                back, ahead = _last_step(plan, first), _next_step(plan, first)
-                before = plan.heading if back is None else np.arctan2(back[1], back[0])
-                after = plan.final_heading if ahead is None else np.arctan2(ahead[1], ahead[0])
-                rests.append((first, span, float(before), float(before if np.isnan(after) else after)))
-            span += 1
-        return rests
+    def rests_from(self):
+        """Return from when on [s] since the start the robot, as driven, neither moves nor turns."""
+        is_active = (self._moves | (self.turn != 0)) & (self.in_force(self.knot) == self.plan)
+        return max(0.0, float(self.time(self.knot[is_active].max(initial=_EVER) + 1)))
 
 
-def _next_step(plan, span):
-    """Return the next move between control points from ``span`` on, None if there is none."""
-    steps = np.diff(plan.points, axis=0)[span:]
-    return next((step for step in steps if step.any()), None)
-
-
-def _last_step(plan, span):
-    """Return the last move between control points before ``span``, None if there is none."""
-    steps = np.diff(plan.points, axis=0)[:span + 2]
-    return next((step for step in steps[::-1] if step.any()), None)
+def _without_zeros(p0, p1, p2):
+    """Return velocities (K, 2) each divided by the zeros at their ends, s^m and (1 - s)^n, as points (K, 3, 2)."""
+    starts, halts, ends = (~p.any(axis=1)[:, None, None] for p in (p0, p1, p2))
+    forms = (p1, p1, p1), (p2, p2, p2), (p0, p0, p0), (2 * p1, p1 + p2 / 2, p2), (p0, p0 / 2 + p1, 2 * p1)
+    return np.select([starts & ends, starts & halts, halts & ends, starts, ends],
+                     [np.stack(form, axis=1) for form in forms], np.stack([p0, p1, p2], axis=1))

@@ -1,208 +1,131 @@
-"""Verification: judge solutions from their published plans alone.
+"""Verification: prove from the published control points alone that a mission was safe, or say where it was not.
 
-Shares geometry and obstacles with what it checks, and nothing else: splines are
-evaluated by scipy, distances to occupied cells square by square. Between two
-samples no robot can be farther from either than its speed allows; where that
-leaves a doubt, the samples are refined to about a microsecond.
+Proved is all that robots committed themselves to, driven or not: two plans in force at one instant keep apart to their
+ends and for ever after; each keeps off the static world and, at every instant, within the limits of speed, acceleration
+and turn rate; each goes on where its predecessor was. Not judged is how fast turn rates change. Samples of what was
+driven, by another formula, are a second opinion.
 """
-from __future__ import annotations
-
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from numpy.linalg import norm
 
+from mobile_planning.fleet.hulls import product, reach, unproved
+from mobile_planning.fleet.report import Body, Report
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.fleet.track import TOLERANCE, Track
+from mobile_planning.fleet.track import SAME_HEADING, TOLERANCE, Track
+from mobile_planning.geometry import wrap_angle
 from mobile_planning.world.environment import Environment
+from mobile_planning.world.exact_distance import ExactDistance
 
-#: Samples are this far apart [s], refined by this factor, at most so often.
-_STEP, _REFINE, _DEPTH = 0.005, 8, 4
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """What a robot is held to: its size, its mission, its limits.
-
-    Attributes
-    ----------
-    eyed : int
-    radius : float [m]
-        Of the body alone, without margins.
-    start, goal : (3,) ndarray [m, m, rad]
-    v_max, omega_max, a_max : float [m/s, rad/s, m/s^2]
-    """
-
-    eyed: int
-    radius: float
-    start: NDArray[np.float64]
-    goal: NDArray[np.float64]
-    v_max: float
-    omega_max: float
-    a_max: float
+#: Between two samples [s]; the nearness to the goal that counts as arrived [m, rad]; limits are rounded by so much.
+_STEP, _ARRIVED, _TURNED, _ROUNDING = 0.005, 0.05, 0.05, 1 + 1e-7
+#: Position, velocity and acceleration at a knot, of three control points [m per span, m per span^2].
+_AT_KNOT = np.array([[1, 4, 1], [-3, 0, 3], [6, -12, 6]]) / 6
 
 
-@dataclass(frozen=True)
-class Report:
-    """What a mission came to.
-
-    Attributes
-    ----------
-    name : str
-    valid : bool
-        All arrived and nothing was violated.
-    robots, arrived : int
-    min_separation : float [m]
-        Between two centres; infinite for one robot.
-    min_obstacle_clearance : float [m]
-        Between the edge of a body and the static world.
-    mission_time : float [s]
-        From the start to the last arrival.
-    violations : list of str
-        One sentence each.
-    closest : dict
-        The pair of robots, the time [s] since the start and the two places [m] of the closest approach.
-    """
-
-    name: str
-    valid: bool
-    robots: int
-    arrived: int
-    min_separation: float
-    min_obstacle_clearance: float
-    mission_time: float
-    violations: list[str] = field(default_factory=list)
-    closest: dict | None = None
-
-    def as_dict(self) -> dict:
-        """Return the fields for JSON, which has no infinity: None stands for it."""
-        return {key: None if isinstance(value, float) and not np.isfinite(value) else value
-                for key, value in asdict(self).items()}
-
-    def table(self) -> str:
-        """Return the report for a person."""
-        rows = [('mission', self.name), ('valid', 'yes' if self.valid else 'NO'),
-                ('arrived', f'{self.arrived} of {self.robots} robots'), ('mission time', f'{self.mission_time:.2f} s'),
-                ('min separation', f'{self.min_separation:.3f} m between centres'),
-                ('min obstacle clearance', f'{self.min_obstacle_clearance:.3f} m'),
-                *(('violation', sentence) for sentence in self.violations)]
-        return '\n'.join(f'{name:<24}{value}' for name, value in rows)
-
-
-def verify(solutions: dict[int, Solution], bodies: list[Body], environment: Environment,
+def verify(solutions: Mapping[int, Solution], bodies: Sequence[Body], environment: Environment,
            start_time: float = 0.0, name: str = 'mission') -> Report:
     """Return the report on ``solutions``, by robot id, of a mission that began at ``start_time`` [s].
 
-    Robots without a solution have not arrived and are taken to stand at their start.
+    A robot stands at its start until its first plan, for ever if it has no solution. All robots share their knots.
     """
-    violations, tracks = [], {}
-    for body in bodies:
-        solution = solutions.get(body.eyed)
-        tracks[body.eyed] = Track(body, solution, start_time)
-        violations += tracks[body.eyed].violations()
-    end = max(track.end for track in tracks.values())
-    world = _StaticWorld(environment)
-    clearance = min(_least_clearance(track, world, violations) for track in tracks.values())
-    separation, closest = np.inf, None
-    for a, b in combinations(tracks.values(), 2):
-        distance, time = _least_separation(a, b, end, violations)
-        if distance < separation:
-            separation = distance
-            closest = {'robots': [a.body.eyed, b.body.eyed], 'time': float(time),
-                       'places': [track.at(np.array([time]))[0].tolist() for track in (a, b)]}
-    arrivals = [track.arrival() for track in tracks.values()]
-    arrived = int(np.isfinite(arrivals).sum())
-    return Report(name, not violations and arrived == len(bodies), len(bodies), arrived, float(separation),
-                  float(clearance), float(max((t for t in arrivals if np.isfinite(t)), default=0.0)),
-                  violations, closest)
+    plans = {body.eyed: list(solutions[body.eyed].plans) if body.eyed in solutions else [] for body in bodies}
+    step = next((plan.step for each in plans.values() for plan in each if 0 < plan.step < np.inf), 1.0)
+    tracks = [Track(body, plans[body.eyed], start_time, step) for body in bodies]
+    world = ExactDistance(environment)
+    alone = (track.faults + _jumps(track) + _broken_limits(track, world) for track in tracks)
+    violations = sum([*alone, *(_meetings(a, b) for a, b in combinations(tracks, 2))], [])
+    separation, closest, clearance, seen = _sampled(tracks, world)
+    arrivals = [track.rests_from() for track in tracks if plans[track.body.eyed]
+                and norm(track.points[-1, 3] - track.body.goal[:2]) <= _ARRIVED
+                and abs(wrap_angle(track.theta[-1] - track.body.goal[2])) <= _TURNED]
+    times = tuple(seconds for solution in solutions.values() for seconds in solution.section_times)
+    return Report(name, not violations + seen and len(arrivals) == len(tracks), len(tracks), len(arrivals), separation,
+                  clearance, max(arrivals, default=0.0), violations + seen, closest, section_times=times)
 
 
-def _least(values, slack, times, limit):
-    """Return the least of ``values(times)`` and its time, refined where it may fall below ``limit`` in between.
-
-    Between two neighbours the value changes by at most ``slack`` a second, so it
-    stays above their mean less half of what it may change in between.
-    """
-    least, when, times = np.inf, times[0], times[None]
-    for _ in range(_DEPTH + 1):
-        found, most = (function(times.ravel()).reshape(times.shape) for function in (values, slack))
-        row, column = np.unravel_index(found.argmin(), found.shape)
-        if found[row, column] < least:
-            least, when = found[row, column], times[row, column]
-        change = np.maximum(most[:, 1:], most[:, :-1]) * np.diff(times, axis=1)
-        rows, columns = np.nonzero(found[:, :-1] + found[:, 1:] - change < 2 * limit)
-        if least < limit or not len(rows):
-            break
-        times = np.linspace(times[rows, columns], times[rows, columns + 1], _REFINE + 1, axis=1)
-    return least, when
+def _jumps(track):
+    """Say where a plan does not start as its predecessor goes on."""
+    plans, knots = np.arange(1, len(track.first)), track.first[1:]
+    old, new = track.at(plans - 1, knots), track.at(plans, knots)
+    jumps = np.abs(_AT_KNOT @ (track.points[new] - track.points[old])[:, :3]).max(axis=2) > TOLERANCE
+    jumps = np.column_stack([jumps, np.abs(wrap_angle(track.theta[new] - track.theta[old])) > SAME_HEADING])
+    return [f'robot {track.body.eyed}: {("position", "velocity", "acceleration", "heading")[what]} jumps at '
+            f'{track.time(knots[plan]):.3f} s, from {"its start" if plan == 0 else "the plan before"}'
+            for plan, what in np.argwhere(jumps)]
 
 
-def _times(end):
-    return np.linspace(0.0, max(end, _STEP), max(2, int(np.ceil(end / _STEP)) + 1))
+def _broken_limits(track, world):
+    """Say which limits plans exceed, driven or not, and whether they touch the static world: where first, how many."""
+    body, step, moving = track.body, track.step, np.flatnonzero(track.ahead.any(axis=(1, 2)))
+    v_max, omega_max, a_max = (limit * _ROUNDING for limit in (body.v_max, body.omega_max, body.a_max))
+
+    def spare_speed(pieces):
+        speed = norm(pieces, axis=2) / step
+        return v_max - speed.max(axis=1), v_max - speed[:, [0, -1]].max(axis=1)
+
+    def spare_turn_rate(pieces):
+        (x, y, dx, dy), most = pieces.transpose(2, 0, 1), np.abs(pieces[..., :2]).max(axis=(1, 2))
+        spare = (omega_max * step * (product(x, x) + product(y, y)) - np.abs(product(x, dy) - product(y, dx))
+                 + 1e-14 * most[:, None])
+        # Where the speed all but vanishes, the heading may turn about.
+        return np.where(reach(pieces[..., :2]) > 1e-6 * most, spare.min(axis=1), -1.0), spare[:, [0, -1]].min(axis=1)
+
+    def spare_room(pieces):
+        # The square of the distance to any set, less |p|^2, is concave: so much can it fall within a hull.
+        ball = norm(pieces - pieces.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+        room = world(pieces.reshape(-1, 2)).reshape(-1, 4).clip(0.0) + TOLERANCE
+        low = np.sqrt(np.maximum(room.min(axis=1)**2 - ball**2, 0.0))
+        return low - body.radius, room[:, [0, -1]].min(axis=1) - body.radius
+    w = track.ahead[moving] / np.abs(track.ahead[moving]).max(axis=(1, 2))[:, None, None]
+    dw = 2 * np.diff(w, axis=1)
+    w = np.concatenate([w, np.stack([dw[:, 0], dw.mean(axis=1), dw[:, 1]], axis=1)], axis=2)
+    accelerations = norm(2 * np.diff(track.velocity, axis=1), axis=2).max(axis=1) / step**2
+    found = {f'speed exceeds {body.v_max} m/s': moving[unproved(track.velocity[moving], spare_speed)],
+             f'acceleration exceeds {body.a_max} m/s^2': np.flatnonzero(accelerations > a_max),
+             f'turn rate exceeds {body.omega_max} rad/s': moving[unproved(w, spare_turn_rate)],
+             f'turn rate in place exceeds {body.omega_max} rad/s': np.flatnonzero(abs(track.turn) / step > omega_max),
+             'static world is touched': unproved(track.curves, spare_room)}
+    return [f'robot {body.eyed}: {what} at {track.time(track.knot[spans[0]]):.3f} s, in {len(spans)} spans'
+            for what, spans in found.items() if len(spans)]
 
 
-def _least_clearance(track, world, violations):
-    """Return the least distance from the body's edge to the static world, and note a breach."""
-    least, when = _least(lambda times: world.distance(track.at(times)) - track.body.radius, track.speed_bounds,
-                         _times(track.end), -TOLERANCE)
-    if least < -TOLERANCE:
-        violations.append(f'robot {track.body.eyed} is {-least:.4f} m inside the static world at {when:.3f} s')
-    return least
+def _meetings(a, b):
+    """Say where two robots' plans, in force at one instant, come too close then or at any time after."""
+    changes, need = np.union1d(a.first[1:], b.first[1:]), a.body.radius + b.body.radius - TOLERANCE
+    knots = np.append(changes.min(initial=0) - 1, changes)
+    p, q = a.in_force(knots), b.in_force(knots)
+    near = norm(np.maximum(a.low[p] - b.high[q], b.low[q] - a.high[p]).clip(0.0), axis=1) < need
+    p, q, knots = p[near], q[near], knots[near]
+    count = np.maximum(np.maximum(a.last[p], b.last[q]) - knots, 0) + 1
+    row = np.repeat(np.arange(len(knots)), count)
+    span = knots[row] + np.arange(len(row)) - (np.cumsum(count) - count)[row]
+    bad = unproved(a.curves[a.at(p[row], span)] - b.curves[b.at(q[row], span)], lambda pieces: (
+        reach(pieces) - need, norm(pieces[:, [0, -1]], axis=2).min(axis=1) - need))
+    return [f'robots {a.body.eyed} and {b.body.eyed}: by the plans in force at {a.time(knots[row[bad[0]]]):.3f} s they '
+            f'come closer than {need:.4f} m at {a.time(span[bad[0]]):.3f} s'] if len(bad) else []
 
 
-def _least_separation(a, b, end, violations):
-    """Return the least distance of two centres and its time, and note a breach."""
-    limit = a.body.radius + b.body.radius
-    least, when = _least(lambda times: np.linalg.norm(a.at(times) - b.at(times), axis=1),
-                         lambda times: a.speed_bounds(times) + b.speed_bounds(times), _times(end), limit - TOLERANCE)
-    if least < limit - TOLERANCE:
-        violations.append(f'robots {a.body.eyed} and {b.body.eyed} are {least:.4f} m apart at {when:.3f} s, '
-                          f'their radii need {limit:.4f} m')
-    return least, when
-
-
-class _StaticWorld:
-    """Exact distances to the static world: boundary, obstacles and the squares of occupied cells."""
-
-    def __init__(self, environment):
-        self._environment, self._grid = environment, environment.grid
-        if self._grid is not None:
-            rows, columns = np.nonzero(environment.occupied)
-            self._centres = np.column_stack([columns, rows]) + 0.5
-            self._tree = cKDTree(self._centres) if len(self._centres) else None
-
-    def distance(self, points):
-        """Return the signed distance (N,) [m] of ``points`` (N, 2) [m]; occupied cells have none below 0."""
-        distance = np.full(len(points), np.inf)
-        if self._environment.boundary is not None:
-            distance = np.minimum(distance, self._environment.boundary.distance(points))
-        for obstacle in self._environment.obstacles:
-            distance = np.minimum(distance, obstacle.distance(points))
-        if self._grid is not None:
-            distance = np.minimum(distance, self._grid_distance(points))
-        return distance
-
-    def _grid_distance(self, points):
-        x, y, yaw = self._grid.origin
-        offset = points - (x, y)
-        turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-        cells = offset @ turn / self._grid.resolution
-        distance = np.minimum(cells, (self._grid.width, self._grid.height) - cells).min(axis=1)
-        if self._tree is not None:
-            distance = np.minimum(distance, self._distance_to_squares(cells))
-        return distance * self._grid.resolution
-
-    def _distance_to_squares(self, cells):
-        """Return the distance (N,) of places (N, 2) to the nearest occupied square, all in cells."""
-        distance, count, left = np.empty(len(cells)), 12, np.arange(len(cells))
-        while len(left):
-            count = min(count, len(self._centres))
-            to_centre, nearest = self._tree.query(cells[left], k=range(1, count + 1))
-            gap = np.abs(cells[left, None] - self._centres[nearest]) - 0.5
-            distance[left] = np.linalg.norm(gap.clip(0.0), axis=-1).min(axis=1)
-            # A square beyond those looked at is nearer than its centre by at most half a diagonal.
-            unsure = to_centre[:, -1] < distance[left] + np.sqrt(0.5)
-            left, count = left[unsure & (count < len(self._centres))], 4 * count
-        return distance
+def _sampled(tracks, world):
+    """Return least separation, where it was, least clearance, and what is wrong, by samples of what was driven."""
+    times = np.arange(0.0, max(track.rests_from() for track in tracks) + _STEP, _STEP)
+    places, separation, closest, clearance, seen = [track.places(times) for track in tracks], np.inf, None, np.inf, []
+    for (a, at_a), (b, at_b) in combinations(zip(tracks, places), 2):
+        k = int((gaps := norm(at_a - at_b, axis=1)).argmin())
+        if gaps[k] < separation:
+            separation, closest = float(gaps[k]), {'robots': [a.body.eyed, b.body.eyed], 'time': float(times[k]),
+                                                   'places': [at_a[k].tolist(), at_b[k].tolist()]}
+        if gaps[k] < a.body.radius + b.body.radius - TOLERANCE:
+            seen.append(f'robots {a.body.eyed} and {b.body.eyed} are {gaps[k]:.4f} m apart at {times[k]:.3f} s, '
+                        f'their radii need {a.body.radius + b.body.radius:.4f} m')
+    for track, path in zip(tracks, places):
+        # The room changes by no more than the way: most samples are out of the question.
+        coarse, nearest = world(path[::16]), np.arange(len(path)) // 16
+        is_near = coarse[nearest] - norm(path - path[::16][nearest], axis=1) <= coarse.min()
+        room = float(world(path[is_near]).min()) - track.body.radius
+        clearance = min(clearance, room)
+        if room < -TOLERANCE:
+            seen.append(f'robot {track.body.eyed} is {-room:.4f} m inside the static world')
+    return separation, closest, clearance, seen
