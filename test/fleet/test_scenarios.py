@@ -1,170 +1,168 @@
-"""Scenes: the shipped ones load; a mistake in a file is refused with the name of its key."""
+"""Scenarios: every family draws missions that are free, apart and possible, the same for one seed."""
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
-from mobile_planning import Boundary, Environment, InvalidInput, PlanningError, RoundObstacle
-from mobile_planning.fleet.scenarios import RobotSpec, Scene, load_scene, random_missions
+from mobile_planning import InvalidInput
+from mobile_planning.fleet import scenarios
 
-FLEETS = Path(__file__).parents[2] / 'config' / 'fleets'
-SCENES = sorted(FLEETS.glob('*.yaml'))
-ONE = {'id': 1, 'start': [1, 1, 0], 'goal': [8, 4, 0]}
-GOOD = {'name': 'good', 'boundary': {'x': [0, 10], 'y': [0, 6]}, 'robots': [ONE]}
-
-
-def load(tmp_path, content, robots=None):
-    path = tmp_path / 'scene.yaml'
-    path.write_text(content if isinstance(content, str) else yaml.safe_dump(content))
-    return load_scene(path, robots)
+REPOSITORY = Path(__file__).parents[2]
+#: Every family as it comes, and at its most crowded.
+CASES = [(name, {}) for name in scenarios.families()] + [
+    ('swap', {'robots': 64}), ('swap', {'robots': 8, 'jitter': 0.0}), ('swap', {'robots': 2, 'radius': 1.0}),
+    ('line_swap', {'robots': 16}), ('forest', {'robots': 16}), ('doorway', {'robots': 8, 'gap': 0.6}),
+    ('corridor', {'robots': 4}), ('corridor', {'robots': 8, 'width': 0.65}), ('intersection', {'robots': 16}),
+    ('maze', {'robots': 10}), ('warehouse', {'robots': 24, 'aisle': 1.0}), ('depot', {'robots': 24})]
 
 
-def test_the_four_scenes_are_shipped():
-    assert {path.stem for path in SCENES} >= {'crossing', 'depot', 'four_corners', 'head_on'}
+def places(scene):
+    """Return starts and goals (N, 2), (N, 2) [m]."""
+    return (np.array([getattr(spec, what) for spec in scene.robots])[:, :2] for what in ('start', 'goal'))
 
 
-@pytest.mark.parametrize('path', SCENES, ids=lambda path: path.stem)
-def test_a_shipped_scene_loads_and_its_robots_fit_in(path):
-    scene = load_scene(path)
-    assert scene.name == path.stem and len(scene.robots) >= 2
-    simulation = scene.world_sim()
-    assert list(simulation.robots) == [spec.id for spec in scene.robots] == [body.eyed for body in scene.bodies()]
-    assert scene.environment().bounds == simulation.environment.bounds
+def content(scene):
+    return ([vars(spec) for spec in scene.robots], scene.environment().bounds, scene.timeout,
+            [repr(vars(obstacle)) for obstacle in scene.obstacles])
 
 
-def test_a_scene_says_all_that_a_mission_needs(tmp_path):
-    scene = load(tmp_path, {
-        **GOOD, 'timeout': 12, 'obstacles': [{'position': [3, 3], 'radius': 0.5},
-                                             {'vertices': [[5, 0], [6, 0], [6, 1]]}],
-        'robots': [{**ONE, 'radius': 0.3, 'u_max': [0.5, 2], 'a_max': [1, 3]}]})
-    assert scene.name == 'good' and scene.timeout == 12.0 and len(scene.obstacles) == 2 and not scene.on_map
-    robot, (body,) = scene.robot(1), scene.bodies()
-    assert robot.rho == body.radius == 0.3 and (body.v_max, body.omega_max, body.a_max) == (0.5, 2.0, 1.0)
-    assert (robot.limits.v_max, robot.limits.omega_max, robot.limits.a_max) == (0.5, 2.0, 1.0)
-    assert body.start.tolist() == [1, 1, 0] and body.goal.tolist() == [8, 4, 0]
-    assert robot.environment.clearance([(3, 3)])[0] == -0.5
+@pytest.mark.parametrize('name, parameters', CASES)
+@pytest.mark.parametrize('seed', [0, 7])
+def test_starts_and_goals_are_free_apart_and_joined_by_ways(name, parameters, seed):
+    scene = scenarios.scene(name, seed, **parameters)
+    environment, (starts, goals) = scene.environment(), places(scene)
+    for points in (starts, goals):
+        assert environment.clearance(points).min() >= 0.2 + 0.1
+        apart = np.linalg.norm(points[:, None] - points, axis=-1) + 10 * np.eye(len(points))
+        assert apart.min() >= 2 * 0.225 - 1e-9
+    # The cells where a robot with 25 mm of margin fits, by another resolution and another search.
+    x_min, y_min, x_max, y_max = environment.bounds
+    cells = np.stack(np.meshgrid(np.arange(x_min, x_max, 0.03), np.arange(y_min, y_max, 0.03)), axis=-1)
+    parts, _ = ndimage.label(environment.clearance(cells) >= 0.225)
+    part = [[parts[tuple(np.round((point - (x_min, y_min)) / 0.03).astype(int)[::-1])] for point in points]
+            for points in (starts, goals)]
+    assert 0 not in part[0] and part[0] == part[1]
 
 
-def test_options_go_to_the_robot(tmp_path):
-    robot = load(tmp_path, GOOD).robot(1, margin=0.05, Tc=0.5)
-    assert robot.Tc == 0.5 and robot.limits.radius == pytest.approx(0.25)
-    with pytest.raises(InvalidInput, match='not 9'):
-        load(tmp_path, GOOD).robot(9)
+@pytest.mark.parametrize('name, parameters', CASES)
+def test_one_seed_gives_one_scene_and_another_seed_another(name, parameters):
+    first, again, other = (content(scenarios.scene(name, seed, **parameters)) for seed in (3, 3, 4))
+    assert first == again
+    assert (first == other) == (name == 'heritage' or parameters.get('jitter') == 0.0)
 
 
-def test_a_file_without_a_name_is_called_after_itself(tmp_path):
-    assert load(tmp_path, {key: value for key, value in GOOD.items() if key != 'name'}).name == 'scene'
+@pytest.mark.parametrize('name', [name for name in scenarios.families() if name != 'heritage'])
+def test_as_many_robots_drive_as_asked_for_and_look_towards_their_goals(name):
+    scene = scenarios.scene(name, 1, robots=2)
+    assert [spec.id for spec in scene.robots] == [1, 2]
+    for spec in scene.robots:
+        way = np.subtract(spec.goal, spec.start)
+        assert spec.start[2] == spec.goal[2] == pytest.approx(np.arctan2(way[1], way[0]))
+        assert (spec.radius, spec.u_max, spec.a_max[0]) == (0.2, (1.0, 5.0), 2.0)
 
 
-def test_the_first_robots_of_a_list_can_be_asked_for(tmp_path):
-    two = {**GOOD, 'robots': [ONE, {'id': 5, 'start': [1, 4, 0], 'goal': [8, 1, 0]}]}
-    assert [spec.id for spec in load(tmp_path, two, 1).robots] == [1]
-    assert [spec.id for spec in load(tmp_path, two).robots] == [1, 5]
-    for count in (0, 3, -1):
-        with pytest.raises(InvalidInput, match='robots'):
-            load(tmp_path, two, count)
+@pytest.mark.parametrize('name', scenarios.families())
+def test_a_made_mission_is_ready_to_run(name):
+    simulation = scenarios.make(name, seed=2)
+    scene = scenarios.scene(name, seed=2)
+    assert simulation.name == name and list(simulation.robots) == [spec.id for spec in scene.robots]
+    assert simulation.environment.bounds == scene.environment().bounds
 
 
-def test_as_many_random_robots_as_wanted_can_be_asked_for():
-    assert len(load_scene(FLEETS / 'depot.yaml').robots) == 6
-    assert len(load_scene(FLEETS / 'depot.yaml', 9).robots) == 9
-    for count in (0, -2, 1000):
-        with pytest.raises(InvalidInput, match='robots'):
-            load_scene(FLEETS / 'depot.yaml', count)
+def test_the_circle_of_a_swap_grows_with_its_robots_and_has_the_radius_asked_for():
+    for parameters, radius in (({'robots': 8}, 3.0), ({'robots': 32}, 8.0), ({'robots': 4, 'radius': 1.5}, 1.5)):
+        starts, goals = places(scenarios.scene('swap', jitter=0.0, **parameters))
+        assert np.linalg.norm(starts, axis=1) == pytest.approx(radius) and goals == pytest.approx(-starts)
+
+
+@settings(max_examples=20)
+@given(st.integers(2, 12), st.integers(0, 10**6))
+def test_the_jitter_of_a_swap_is_bounded(robots, seed):
+    exact, shaken = (np.concatenate(list(places(scenarios.scene('swap', seed, robots=robots, jitter=jitter))))
+                     for jitter in (0.0, 0.15))
+    assert 0.0 < np.abs(exact - shaken).max() <= 0.15
+
+
+def test_the_rows_of_a_line_swap_change_places():
+    starts, goals = places(scenarios.scene('line_swap', 3, robots=6))
+    assert sorted(map(tuple, starts)) == sorted(map(tuple, goals)) and (starts[:, 0] * goals[:, 0] < 0).all()
+
+
+@pytest.mark.parametrize('name', ['doorway', 'corridor'])
+def test_everybody_has_to_pass(name):
+    starts, goals = places(scenarios.scene(name, 5, robots=8))
+    assert (starts[:, 0] * goals[:, 0] < 0).all() and (starts[:, 0] < 0).sum() == 4
+
+
+@pytest.mark.parametrize('name, key, width', [('doorway', 'gap', 0.9), ('doorway', 'gap', 0.6),
+                                              ('corridor', 'width', 0.65)])
+def test_the_narrow_place_is_as_wide_as_asked_for(name, key, width):
+    environment = scenarios.scene(name, **{key: width}).environment()
+    assert environment.clearance([(0.0, 0.0)])[0] == pytest.approx(width / 2)
+
+
+def test_nobody_leaves_a_crossing_by_his_own_arm():
+    starts, goals = places(scenarios.scene('intersection', 2, robots=16))
+    arm = [np.round(np.arctan2(points[:, 1], points[:, 0]) / (np.pi / 2)) % 4 for points in (starts, goals)]
+    assert (arm[0] != arm[1]).all() and np.bincount(arm[1].astype(int)).tolist() == [4, 4, 4, 4]
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_a_maze_has_one_way_only_between_two_rooms(seed):
+    environment = scenarios.scene('maze', seed).environment()
+    for closed in environment.obstacles:
+        # A tree: nine rooms joined by eight doors, so four of twelve walls have none.
+        assert np.ptp(closed.vertices, axis=0).min() == pytest.approx(0.2)
+    cells = np.stack(np.meshgrid(np.arange(0.02, 7.8, 0.05), np.arange(0.02, 7.8, 0.05)), axis=-1)
+    free = environment.clearance(cells) > 0.0
+    assert ndimage.label(free)[1] == 1
+    # Without loops, what is not free hangs together with the outer wall.
+    assert ndimage.label(np.pad(~free, 1, constant_values=True), np.ones((3, 3)))[1] == 1
 
 
 # What is refused
 
 
-@pytest.mark.parametrize('changed, word', [
-    ({'speed': 3}, 'speed'), ({'timeout': 'long'}, 'timeout'), ({'timeout': -1}, 'timeout'),
-    ({'timeout': True}, 'timeout'),
-    ({'timeout': float('nan')}, 'timeout'), ({'timeout': float('inf')}, 'timeout'), ({'timeout': None}, 'timeout'),
-    ({'boundary': None}, 'boundary'), ({'boundary': 5}, 'boundary'), ({'boundary': {'x': [0, 10]}}, 'boundary y'),
-    ({'boundary': {'x': [0, 10], 'y': [6, 0]}}, 'boundary y'), ({'boundary': {'x': 'a', 'y': [0, 6]}}, 'boundary x'),
-    ({'boundary': {'x': [0, 10], 'y': [0, 6], 'z': [0, 1]}}, 'z'), ({'map': 5}, 'map'), ({'map': ['a']}, 'map'),
-    ({'obstacles': 5}, 'obstacles'), ({'obstacles': None}, 'obstacles'), ({'obstacles': ['round']}, 'obstacle'),
-    ({'obstacles': [{'position': [1, 2]}]}, 'radius'), ({'obstacles': [{'radius': 2}]}, 'obstacle'),
-    ({'obstacles': [{'position': [1, 2], 'radius': -1}]}, 'radius'),
-    ({'obstacles': [{'position': [1, 2], 'radius': 'x'}]}, 'radius'),
-    ({'obstacles': [{'position': [1, 2], 'radius': 1, 'colour': 'red'}]}, 'colour'),
-    ({'obstacles': [{'vertices': [[0, 0], [1, 1]]}]}, 'vertices'), ({'obstacles': [{'vertices': 7}]}, 'polygon|points'),
-    ({'robots': None}, 'robots'), ({'robots': 3}, 'robots'), ({'robots': []}, 'robots'), ({'robots': ['one']}, 'robot'),
-    ({'robots': [ONE, ONE]}, 'ids'), ({'scenario': 'desert', 'robots': 3}, 'desert'),
-    ({'scenario': 'depot', 'robots': 'many'}, 'robots'), ({'scenario': 'depot', 'robots': True}, 'robots'),
-    ({'scenario': 'depot', 'robots': 0}, 'robots'), ({'scenario': 'depot', 'robots': 3, 'seed': 'x'}, 'seed'),
-    ({'scenario': 'depot', 'robots': 3, 'seed': -3}, 'seed'), ({'scenario': 'depot', 'robots': 3, 'seed': 1.5}, 'seed'),
-    ({'scenario': 'depot', 'robots': 200}, 'no room for 200')])
-def test_a_mistake_in_a_scene_is_refused_by_its_key(tmp_path, changed, word):
+@pytest.mark.parametrize('name, parameters, word', [
+    ('desert', {}, "'desert', none of heritage, swap"), (3, {}, 'none of'), (None, {}, 'none of'), ([], {}, 'none of'),
+    ('swap', {'gap': 1.0}, 'robots, jitter, radius, not gap'), ('heritage', {'robots': 2}, 'not robots'),
+    ('swap', {'robots': 0}, 'robots is 0, not a whole number in 1..256'), ('swap', {'robots': 257}, '257'),
+    ('swap', {'robots': 2.5}, 'whole'), ('swap', {'robots': 'two'}, 'two'), ('swap', {'robots': True}, 'True'),
+    ('swap', {'robots': None}, 'None'), ('swap', {'jitter': -0.1}, 'jitter'), ('swap', {'jitter': np.nan}, 'nan'),
+    ('swap', {'radius': np.inf}, 'inf'), ('swap', {'radius': 0.0}, 'radius'), ('swap', {'radius': 'wide'}, 'wide'),
+    ('swap', {'robots': 32, 'radius': 1.0}, '32 robots on a circle of radius 1 m are 0.196 m apart'),
+    ('swap', {'robots': 8, 'radius': 1.0, 'jitter': 0.5}, 'they need'), ('line_swap', {'robots': 5}, 'even'),
+    ('doorway', {'gap': 0.4}, 'gap is 0.4, not a number in 0.6..5.0'), ('doorway', {'robots': 40}, 'robots'),
+    ('corridor', {'robots': 9}, r'1\.\.8'), ('corridor', {'width': 0.3}, 'width'),
+    ('warehouse', {'aisle': 0.1}, 'aisle'), ('depot', {'robots': 255, 'seed': 1.5}, 'seed'),
+    ('maze', {'seed': -1}, 'seed is -1'), ('maze', {'seed': 'x'}, 'seed'), ('maze', {'seed': True}, 'seed')])
+def test_what_is_impossible_is_refused_with_the_value_and_the_limit(name, parameters, word):
     with pytest.raises(InvalidInput, match=word):
-        load(tmp_path, {**GOOD, **changed})
+        scenarios.scene(name, **parameters)
 
 
-@pytest.mark.parametrize('changed, word', [
-    ({'id': 'one'}, 'id'), ({'id': -1}, 'id'), ({'id': True}, 'id'), ({'id': 1.0}, 'id'), ({'id': 2**32}, 'id'),
-    ({'id': None}, 'id'), ({'start': [1, 1]}, 'start'), ({'start': 'here'}, 'start'), ({'start': '110'}, 'start'),
-    ({'start': [1, 1, None]}, 'start'), ({'start': [1, [1, 2], 3]}, 'start'), ({'start': 5}, 'start'),
-    ({'start': [1, 1, float('nan')]}, 'q_init|start'), ({'goal': [1, float('inf'), 0]}, 'q_final|goal'),
-    ({'goal': None}, 'goal'), ({'radius': 0}, 'radius'), ({'radius': 'big'}, 'radius'), ({'radius': True}, 'radius'),
-    ({'radius': float('nan')}, 'radius'), ({'u_max': [1]}, 'u_max'), ({'u_max': [0, 1]}, 'u_max'),
-    ({'u_max': 'fast'}, 'u_max'), ({'a_max': [1, -1]}, 'a_max'), ({'a_max': [1, float('inf')]}, 'a_max'),
-    ({'colour': 'red'}, 'colour')])
-def test_a_mistake_in_a_robot_is_refused_by_its_key(tmp_path, changed, word):
-    with pytest.raises(InvalidInput, match=word):
-        load(tmp_path, {**GOOD, 'robots': [{**ONE, **changed}]})
+def test_whole_numbers_of_numpy_are_numbers():
+    assert content(scenarios.scene('swap', np.int64(1), robots=np.int32(4), radius=np.float32(3))) == \
+        content(scenarios.scene('swap', 1, robots=4, radius=3))
 
 
-@pytest.mark.parametrize('key', ['id', 'start', 'goal'])
-def test_a_robot_that_lacks_a_key_is_refused(tmp_path, key):
-    with pytest.raises(InvalidInput, match=key):
-        load(tmp_path, {**GOOD, 'robots': [{other: value for other, value in ONE.items() if other != key}]})
+# Installed
 
 
-@pytest.mark.parametrize('text', ['', '[1, 2]', '5', 'a: [', 'name: "\\x"', '{: }', '\t',
-                                  'name: !!python/object:os.system x', '[' * 3000])
-def test_a_file_that_is_no_scene_is_refused(tmp_path, text):
-    with pytest.raises(InvalidInput, match='scene.yaml'):
-        load(tmp_path, text)
-
-
-def test_a_file_that_is_no_text_or_not_there_is_refused(tmp_path):
-    (tmp_path / 'scene.yaml').write_bytes(b'\xff\xfe\x00\x80')
-    for path in (tmp_path / 'scene.yaml', tmp_path / 'none.yaml', tmp_path):
-        with pytest.raises(InvalidInput, match=path.name):
-            load_scene(path)
-
-
-def test_a_scene_whose_map_is_missing_names_it(tmp_path):
-    with pytest.raises(PlanningError, match='nowhere.yaml'):
-        load(tmp_path, {**GOOD, 'map': 'nowhere.yaml'})
-
-
-def test_a_scene_without_a_world_is_refused():
-    with pytest.raises(InvalidInput, match='map or a boundary'):
-        Scene('void', (RobotSpec(1, (1, 1, 0), (2, 2, 0)),))
-
-
-# Random missions
-
-
-@settings(max_examples=25)
-@given(st.integers(1, 8), st.integers(0, 10**6))
-def test_random_missions_are_free_apart_and_the_same_for_one_seed(count, seed):
-    world = Environment(Boundary((0, 12), (0, 9)), [RoundObstacle((6, 4), 1.0)])
-    specs = random_missions(world, count, seed)
-    assert [vars(spec) for spec in specs] == [vars(spec) for spec in random_missions(world, count, seed)]
-    assert [spec.id for spec in specs] == list(range(1, count + 1))
-    starts, goals = (np.array([getattr(spec, what) for spec in specs])[:, :2] for what in ('start', 'goal'))
-    for places in (starts, goals):
-        assert world.clearance(places).min() >= 0.4
-        distance = np.linalg.norm(places[:, None] - places, axis=-1) + 10 * np.eye(count)
-        assert distance.min() >= 1.0
-    assert np.linalg.norm(goals - starts, axis=1).min() >= 4.8
-
-
-def test_another_seed_gives_other_missions():
-    world = Environment(Boundary((0, 12), (0, 9)))
-    assert random_missions(world, 3, 1)[0].start != random_missions(world, 3, 2)[0].start
+@pytest.mark.parametrize('home', ['lib/python3.11/site-packages', 'local/lib/python3.12/dist-packages'])
+def test_an_installed_package_finds_the_map_of_the_depot(tmp_path, home):
+    site, share = tmp_path / home, tmp_path / home.split('lib/')[0] / 'share' / 'mobile_planning'
+    site.mkdir(parents=True)
+    shutil.copytree(REPOSITORY / 'mobile_planning', site / 'mobile_planning',
+                    ignore=shutil.ignore_patterns('__pycache__'))
+    shutil.copytree(REPOSITORY / 'config', share / 'config')
+    program = 'from mobile_planning.fleet import scenarios; print(scenarios.scene("depot").map_path)'
+    printed = subprocess.run([sys.executable, '-c', program], cwd=tmp_path, env={'PYTHONPATH': str(site)}, timeout=120,
+                             capture_output=True, text=True, check=True).stdout
+    assert Path(printed.strip()).samefile(share / 'config' / 'maps' / 'depot.yaml')
