@@ -1,10 +1,12 @@
 """The node ``robot``: one agent of a fleet, its plans and its simulated base."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import partial
 from time import time
 
 import numpy as np
+from mobile_planning_msgs.msg import Contracts as ContractsMessage
+from mobile_planning_msgs.msg import JointPlan as JointPlanMessage
 from mobile_planning_msgs.msg import Mission as MissionMessage
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import Solution as SolutionMessage
@@ -13,50 +15,19 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
-from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.agent import Agent
-from mobile_planning.fleet.scenarios import MAX_ROBOTS, RobotSpec, Scene, load_scene
+from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.message import Contracts, RobotMsg
 from mobile_planning.nodes import convert, fleet_convert, qos
 from mobile_planning.nodes.diagnostics import Diagnostics, Level
 from mobile_planning.nodes.guard import Guard
-from mobile_planning.nodes.parameters import Parameters, option
+from mobile_planning.nodes.parameters import Parameters
+from mobile_planning.nodes.robot_options import RobotOptions
 
 # Messages of so many robots fit between two turns of the executor.
 _MOST_ROBOTS = 64
-
-
-@dataclass(frozen=True)
-class RobotOptions:
-    """Parameters of the node."""
-
-    robot_id: int = option(0, 'id of this robot, its place in the right of way', low=0, high=2**32 - 1,
-                           read_only=True)
-    scene: str = option('', 'YAML file of the scene that names this robot; empty: the parameters below', read_only=True)
-    scene_robots: int = option(0, 'robots the scene is to have, 0 for as many as it says', low=0, high=MAX_ROBOTS,
-                               read_only=True)
-    start: tuple = option((0.0, 0.0, 0.0), 'start pose x, y, theta [m, m, rad]', read_only=True)
-    goal: tuple = option((0.0, 0.0, 0.0), 'goal pose x, y, theta [m, m, rad]', read_only=True)
-    radius: float = option(0.2, 'of the body [m]', low=0.01, high=100.0, read_only=True)
-    u_max: tuple = option((1.0, 5.0), 'greatest speed and turn rate [m/s, rad/s]', read_only=True)
-    a_max: tuple = option((2.0, 10.0), 'greatest acceleration and turn acceleration [m/s^2, rad/s^2]', read_only=True)
-    margin: float = option(0.025, 'added to the radius for tracking, clock and numeric errors [m]', low=0.0, high=1.0,
-                           read_only=True)
-    Tc: float = option(0.25, 'between two sections, and between knots [s]', low=0.05, high=5.0, read_only=True)
-    Tp: float = option(3.0, 'length of a plan, 4 to 100 Tc [s]', low=0.2, high=60.0, read_only=True)
-    frame_id: str = option('map', 'frame of all poses', read_only=True)
-    odom_rate: float = option(10.0, 'of ~/odom [Hz]', low=0.1, high=100.0, read_only=True)
-
-    def __post_init__(self):
-        if not 4 * self.Tc <= self.Tp <= 100 * self.Tc:
-            raise InvalidInput(f'Tp is {self.Tp} s, not within 4 to 100 Tc, which are {4 * self.Tc} to '
-                               f'{100 * self.Tc} s')
-
-    def load_scene(self) -> Scene:
-        """Return the scene that is named, or one of this robot alone on the map."""
-        if self.scene:
-            return load_scene(self.scene, self.scene_robots or None)
-        return Scene('parameters', (RobotSpec(self.robot_id, self.start, self.goal, self.radius, self.u_max,
-                                              self.a_max),), on_map=True)
+# What falls due within this time [s] goes out in one message.
+_ANSWER_AFTER = 0.03
 
 
 class RobotNode(Node):
@@ -69,20 +40,27 @@ class RobotNode(Node):
         self._frame, self._guard = options.frame_id, Guard(self)
         # The epoch is the system's time: simulated time begins anew with every simulation.
         self._agent = Agent(scene, options.robot_id, int(time()), self._now(), Tc=options.Tc, Tp=options.Tp,
-                            margin=options.margin)
+                            margin=options.margin, budget=options.budget)
         self._shown, self._has_reported = None, False
-        self._messages = self.create_publisher(RobotMessage, '/robot_msgs', qos.robot_messages())
+        guarded, to_miss_nobody = self._guard.callback, qos.robot_messages(4 * _MOST_ROBOTS)
+        self._outlets = {}
+        for kind, message_type, topic, to_message, to_core in (
+                (RobotMsg, RobotMessage, '/robot_msgs', fleet_convert.robot_message, fleet_convert.robot_msg),
+                (Contracts, ContractsMessage, '/contracts', fleet_convert.contracts_message, fleet_convert.contracts),
+                (JointPlan, JointPlanMessage, '/joint_plans', fleet_convert.joint_plan_message,
+                 fleet_convert.joint_plan)):
+            self._outlets[kind] = self.create_publisher(message_type, topic, qos.robot_messages()), to_message
+            self.create_subscription(message_type, topic, guarded(partial(self._receive, to_core)), to_miss_nobody)
         self._solutions = self.create_publisher(SolutionMessage, '/solutions', qos.SOLUTION_WRITER)
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
         self._odometry = self.create_publisher(Odometry, '~/odom', qos.live(1))
-        guarded = self._guard.callback
-        self.create_subscription(RobotMessage, '/robot_msgs', guarded(self._on_robot_message),
-                                 qos.robot_messages(4 * _MOST_ROBOTS))
         self.create_subscription(MissionMessage, '/mission', guarded(self._on_mission), qos.MISSION)
         if scene.on_map:
             self.create_subscription(OccupancyGrid, '/map', guarded(self._on_map), qos.MAP)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(options.Tc, guarded(self._on_cycle), clock=steady)
+        self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), clock=steady)
+        self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
+        self._answering.cancel()
         self.create_timer(1.0 / options.odom_rate, guarded(self._on_odometry), clock=steady)
         Diagnostics(self, self._guard, self._diagnosis)
 
@@ -100,15 +78,30 @@ class RobotNode(Node):
         self.get_logger().info(f'mission {announcement.name[:80]}: {announcement.state.name.lower()}')
         self._report()
 
-    def _on_robot_message(self, message):
-        self._agent.receive(fleet_convert.robot_msg(message, self._frame), self._now())
+    def _receive(self, to_core, message):
+        self._agent.receive(to_core(message, self._frame), self._now())
+        if self._agent.has_answers and self._answering.is_canceled():
+            self._answering.reset()
+
+    def _on_answers(self):
+        self._answering.cancel()
+        now = self._now()
+        self._send(self._agent.answers(now), now)
 
     def _on_cycle(self):
-        now = self._now()
-        for message in self._agent.step(now):
-            self._messages.publish(fleet_convert.robot_message(message, now, self._frame))
-            self._show(message, now)
+        # The period is set anew each time: the steady clock knows nothing of the phase of the common one.
+        self._cycle.timer_period_ns = int(1e9 * self._agent.until_cycle(self._now()))
+        self._cycle.reset()
+        messages = self._agent.step(self._now)
+        self._send(messages, self._now())
         self._report()
+
+    def _send(self, messages, now):
+        for message in messages:
+            publisher, to_message = self._outlets[type(message)]
+            publisher.publish(to_message(message, now, self._frame))
+            if isinstance(message, RobotMsg):
+                self._show(message, now)
 
     def _show(self, message, now):
         """Publish the plan in force where it is new."""

@@ -19,7 +19,8 @@ from mobile_planning.drawing.missions import COLOURS
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.mission import Mission
-from mobile_planning.fleet.scenarios import MAX_ROBOTS, load_scene
+from mobile_planning.fleet.scene import MAX_ROBOTS
+from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.world_sim import require_apart
 from mobile_planning.nodes import fleet_convert, qos
 from mobile_planning.nodes.diagnostics import Diagnostics, Level

@@ -1,11 +1,12 @@
 """The fleet's messages into core objects and back; on the way they are serialised, so a wrong number would show."""
 from array import array
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from mobile_planning_msgs.msg import Contracts as ContractsMessage
+from mobile_planning_msgs.msg import JointPlan as JointPlanMessage
 from mobile_planning_msgs.msg import Mission, MissionReport
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import Solution as SolutionMessage
@@ -16,7 +17,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from mobile_planning.errors import InvalidInput, UnknownFrame
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.message import MAX_LINKS, Link, Mode, RobotMsg
+from mobile_planning.fleet.contracts import MAX_SPANS, Contract
+from mobile_planning.fleet.joint_message import JointPlan, JointStatus
+from mobile_planning.fleet.message import MAX_LINKS, Contracts, Link, LinkMode, Mode, Offer, RobotMsg
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report
 from mobile_planning.nodes import fleet_convert
@@ -39,7 +42,21 @@ def plans(draw, step=0.25, size=st.integers(1, 126)):
     seed, scale = draw(st.integers(0, 2**32 - 1)), draw(st.sampled_from([1e-3, 1.0, 1e6]))
     points = np.random.default_rng(seed).uniform(-scale, scale, (count, 2))
     return Plan(draw(knots), step, np.concatenate([points, points[-1:], points[-1:]]), draw(angles),
-                draw(angles | st.just(np.nan)))
+                draw(angles | st.just(np.nan)), draw(st.booleans()))
+
+
+links = st.dictionaries(uint32, st.builds(Link, uint32, st.sampled_from(LinkMode), uint32, uint32,
+                                          st.integers(-1, 2**32 - 1)), max_size=20)
+
+
+@st.composite
+def offers(draw):
+    """Draw a contract of 1 to 256 lines that is offered to somebody."""
+    rng, spans = np.random.default_rng(draw(uint32)), draw(st.sampled_from([1, 2, 24, MAX_SPANS]))
+    angles = rng.uniform(-np.pi, np.pi, spans)
+    contract = Contract(draw(st.integers(1, 2**32 - 1)), draw(knots), np.column_stack([np.cos(angles), np.sin(angles)]),
+                        rng.uniform(-1e6, 1e6, (spans, 4)))
+    return Offer(draw(uint32), draw(uint32), draw(uint32), contract)
 
 
 @st.composite
@@ -47,22 +64,21 @@ def robot_msgs(draw):
     """Draw anything that a robot may say."""
     step, count = draw(st.sampled_from([0.05, 0.25, 5])), draw(st.integers(0, 128))
     path = np.random.default_rng(count).uniform(-10, 10, (2, count))
-    proposal = draw(st.none() | plans(step))
     return RobotMsg(
         draw(st.booleans()), *path, np.array([draw(places), draw(places)]), robot_id=draw(uint32),
         boot_epoch=draw(uint32), sequence=draw(uint32), mode=draw(st.sampled_from(Mode)), plan=draw(plans(step)),
-        plan_seq=draw(uint32), proposal=proposal,
-        proposal_seq=0 if proposal is None else draw(st.integers(1, 2**32 - 1)),
+        plan_seq=draw(uint32),
         radius=draw(st.sampled_from([1, 0.2, 100])), v_max=draw(st.sampled_from([2, 0.5])), omega_max=3, a_max=4,
         goal=np.array([draw(places), draw(places)]),
-        links=draw(st.dictionaries(uint32, st.builds(Link, uint32, uint32, uint32), max_size=20)))
+        links=draw(links), joint=JointStatus(
+            draw(uint32), draw(uint32), draw(st.booleans()), draw(st.dictionaries(uint32, uint32, max_size=5)),
+            draw(st.floats(0, 1e6)), draw(st.booleans())))
 
 
 def same_plan(one, other):
-    """Return whether two plans are the same to the last bit, and none is one."""
-    if one is None or other is None:
-        return one is other
+    """Return whether two plans are the same to the last bit."""
     return (one.first_knot == other.first_knot and one.step == other.step and np.array_equal(one.points, other.points)
+            and one.reverse is other.reverse
             and np.array_equal([one.heading, one.final_heading], [other.heading, other.final_heading], equal_nan=True))
 
 
@@ -70,16 +86,48 @@ def same_plan(one, other):
 def test_what_a_robot_says_arrives_as_it_was(message):
     received = fleet_convert.robot_msg(sent(fleet_convert.robot_message(message, 12.5, 'map')), 'map')
     fields, others = vars(message), vars(received)
-    proposal = received.proposal
-    if proposal is not None:
-        # How a proposal is turned is not sent: nobody keeps clear of a heading.
-        proposal = replace(proposal, heading=message.proposal.heading, final_heading=message.proposal.final_heading)
-    assert same_plan(message.plan, received.plan) and same_plan(message.proposal, proposal)
-    for name in ('dp', 'robot_id', 'boot_epoch', 'sequence', 'mode', 'plan_seq', 'proposal_seq', 'radius', 'v_max',
-                 'omega_max', 'a_max', 'links'):
+    assert same_plan(message.plan, received.plan)
+    for name in ('dp', 'robot_id', 'boot_epoch', 'sequence', 'mode', 'plan_seq', 'radius', 'v_max', 'omega_max',
+                 'a_max', 'links', 'joint'):
         assert fields[name] == others[name]
     for name in 'ip_z1', 'ip_z2', 'lz', 'goal':
         assert np.array_equal(fields[name], others[name])
+
+
+@settings(max_examples=50)
+@given(uint32, uint32, uint32, st.lists(offers(), max_size=4), links)
+def test_offers_and_answers_arrive_as_they_were(robot_id, epoch, sequence, offered, answers):
+    message = Contracts(robot_id, epoch, sequence, tuple(offered), answers)
+    received = fleet_convert.contracts(sent(fleet_convert.contracts_message(message, 12.5, 'map')), 'map')
+    assert (received.robot_id, received.boot_epoch, received.sequence) == (robot_id, epoch, sequence)
+    assert received.answers == answers and len(received.offers) == len(offered)
+    for one, other in zip(offered, received.offers):
+        for name in 'peer_id', 'peer_epoch', 'base_sequence':
+            assert getattr(one, name) == getattr(other, name)
+        assert (one.contract.id, one.contract.first_span) == (other.contract.id, other.contract.first_span)
+        assert np.array_equal(one.contract.normals, other.contract.normals)
+        assert np.array_equal(one.contract.offsets, other.contract.offsets)
+
+
+@st.composite
+def joint_plans(draw):
+    """Draw the ways of 1 to 5 robots, and for each move for which moves of the others it waits."""
+    members, rng = draw(st.lists(uint32, min_size=1, max_size=5, unique=True)), np.random.default_rng(draw(uint32))
+    moves = rng.integers(0, 6, len(members)) * rng.integers(0, 2, len(members))
+    others = [[(other, int(rng.integers(1, count + 1))) for other, count in zip(members, moves)
+               if other != member and count] for member in members]
+    needs = [tuple(tuple(pair for pair in pairs if rng.random() < 0.4) for _ in range(count))
+             for pairs, count in zip(others, moves)]
+    return JointPlan(draw(uint32), draw(uint32), draw(uint32), draw(st.integers(1, 2**32 - 1)), members[0],
+                     tuple(members), tuple(rng.uniform(-9, 9, (count + 1, 2)) for count in moves), tuple(needs))
+
+
+@given(joint_plans())
+def test_a_joint_plan_arrives_as_it_was(plan):
+    received = fleet_convert.joint_plan(sent(fleet_convert.joint_plan_message(plan, 12.5, 'map')), 'map')
+    for name in 'robot_id', 'boot_epoch', 'sequence', 'epoch', 'proposer', 'members', 'needs':
+        assert getattr(received, name) == getattr(plan, name)
+    assert all(map(np.array_equal, received.ways, plan.ways)) and len(received.ways) == len(plan.ways)
 
 
 @given(uint32, uint32, st.booleans(), st.lists(plans(0.5, st.integers(1, 20)), min_size=1, max_size=8),
@@ -120,14 +168,26 @@ def test_whole_numbers_arrive_as_the_same_numbers():
     assert (odometry.pose.pose.position.x, odometry.twist.twist.linear.x, odometry.twist.twist.angular.z) == (1, 3, 4)
     report = sent(fleet_convert.report_message(Report('m', True, 2, 2, np.inf, 1, 9), 4))
     assert isinstance(report, MissionReport) and report.min_separation == np.inf and report.mission_time == 9
+    assert np.isnan(report.lower_bound) and (report.messages, report.dead, len(report.section_times)) == (0, 0, 0)
+    report = sent(fleet_convert.report_message(Report('m', True, 2, 2, 1, 1, 9, lower_bound=6, section_times=(1, 2),
+                                                      messages=7, message_bytes=8, dead=1), 4))
+    assert (report.lower_bound, report.messages, report.message_bytes, report.dead) == (6, 7, 8, 1)
+    assert list(report.section_times) == [1, 2]
 
 
 def good_robot_message():
-    """Return a message with two links and a proposal."""
+    """Return a message with two links."""
     plan = Plan(4, 0.25, [[1.0, 2.0]] * 5)
     return fleet_convert.robot_message(RobotMsg(
-        False, [1.0, 1.0], [2.0, 2.0], [1.0, 2.0], robot_id=1, plan=plan, proposal=plan, proposal_seq=3,
-        links={2: Link(5, 6, 7), 3: Link(0, 0, 0)}), 1.0, 'map')
+        False, [1.0, 1.0], [2.0, 2.0], [1.0, 2.0], robot_id=1, plan=plan,
+        links={2: Link(5, LinkMode.CON, 7), 3: Link()}), 1.0, 'map')
+
+
+def good_contracts_message():
+    """Return a message with two offers, of 2 lines and of 1, and two answers."""
+    offered = [Offer(peer, 5, 9, Contract(3, 40, [[1.0, 0.0]] * count, np.zeros((count, 4))))
+               for peer, count in ((2, 2), (3, 1))]
+    return fleet_convert.contracts_message(Contracts(1, 5, 8, tuple(offered), {2: Link(5), 4: Link(6)}), 1.0, 'map')
 
 
 def doubles(*values):
@@ -139,23 +199,24 @@ NAN, INF = float('nan'), float('inf')
 
 
 @pytest.mark.parametrize('field, value, words', [
-    ('version', 2, 'version 2, not 1'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
+    ('version', 1, 'version 1, not 2'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
     ('control_points', doubles(), '0 numbers'), ('control_points', doubles(*[1.0] * 7), '7 numbers'),
     ('control_points', doubles(*[1.0] * 9), '9 numbers'), ('control_points', doubles(*[1.0] * 6), '6 numbers'),
     ('control_points', doubles(*[1.0] * 258), '258 numbers'),
     ('control_points', doubles(*[1.0] * 10**6), '1000000 numbers'),
     ('control_points', doubles(*[NAN] * 8), 'finite'), ('control_points', doubles(*[1e7] * 8), 'within'),
     ('control_points', doubles(*range(8)), 'at rest'),
-    ('proposal_control_points', doubles(), 'proposal_control_points has 0'),
-    ('proposal_control_points', doubles(*range(8)), 'at rest'), ('proposal_first_knot', 2**62, 'no time'),
     ('first_knot', -2**63, 'no time'), ('first_knot', 2**63 - 1, 'no time'),
     ('step', 0.0, 'step'), ('step', NAN, 'step'), ('step', -1.0, 'step'), ('heading', NAN, 'heading'),
     ('final_heading', INF, 'heading'), ('radius', 0.0, 'radius'), ('radius', NAN, 'radius'), ('v_max', -1.0, 'v_max'),
     ('omega_max', INF, 'omega_max'), ('a_max', NAN, 'a_max'), ('goal', np.array([NAN, 0.0]), 'goal'),
     ('latest_z', np.array([INF, 0.0]), 'lz'), ('intended_path_z1', doubles(1.0), 'intended_path_z1 has 1'),
     ('intended_path_z1', doubles(*[0.0] * 10**6), 'more than 128'), ('intended_path_z2', doubles(NAN, NAN), 'ip_z2'),
-    ('peer', array('I', [2]), 'entries for its links'), ('promised', array('I'), 'entries for its links'),
-    ('heard', array('I', range(10**6)), 'entries for its links'), ('peer', array('I', [2, 2]), 'two links')])
+    ('peer', array('I', [2]), 'arrays of the links'), ('promised', array('I'), 'arrays of the links'),
+    ('granted', array('q', range(10**6)), 'arrays of the links'), ('granted', array('q', [-2, 0]), 'granted'),
+    ('joint_member', array('I', [1]), 'joint_member'), ('joint_member', array('I', range(10**6)), 'joint_member'),
+    ('stalled', NAN, 'stalled'), ('stalled', -1.0, 'stalled'), ('link_mode', array('B', [4, 0]), 'mode 4'),
+    ('peer', array('I', [2, 2]), 'two links')])
 def test_a_message_that_makes_no_sense_is_refused_with_a_sentence(field, value, words):
     message = good_robot_message()
     fleet_convert.robot_msg(message, 'map')
@@ -166,7 +227,8 @@ def test_a_message_that_makes_no_sense_is_refused_with_a_sentence(field, value, 
 
 def test_more_links_than_there_are_robots_are_refused():
     message, many = good_robot_message(), array('I', range(MAX_LINKS + 1))
-    message.peer = message.peer_epoch = message.heard = message.promised = many
+    message.peer = message.peer_epoch = message.contract = message.promised = many
+    message.link_mode, message.granted = array('B', bytes(len(many))), array('q', many)
     with pytest.raises(InvalidInput, match='links'):
         fleet_convert.robot_msg(message, 'map')
 
@@ -180,6 +242,90 @@ def test_another_frame_is_refused(frame):
     assert len(str(refusal.value)) < 200
     with pytest.raises(UnknownFrame):
         fleet_convert.solution(SolutionMessage(header=message.header), 'map')
+    with pytest.raises(UnknownFrame):
+        fleet_convert.contracts(ContractsMessage(header=message.header, version=1), 'map')
+    with pytest.raises(UnknownFrame):
+        fleet_convert.joint_plan(JointPlanMessage(header=message.header, version=1), 'map')
+
+
+@pytest.mark.parametrize('fields, words', [
+    ({'version': 2}, 'version 2, not 1'), ({'version': 0}, 'version 0'),
+    ({'spans': array('H', [2])}, 'arrays of the offers'), ({'peer': array('I', range(10**6))}, 'arrays of the offers'),
+    ({'first_span': array('q')}, 'arrays of the offers'), ({'spans': array('H', [3, 1])}, 'for its lines'),
+    ({'spans': array('H', [65535, 65535])}, 'for its lines'), ({'spans': array('H', [3, 0])}, 'L from 1'),
+    ({'normals': doubles()}, 'for its lines'), ({'normals': doubles(*[0.0] * 10**6)}, 'for its lines'),
+    ({'offsets': doubles(*[0.0] * 11)}, 'for its lines'), ({'normals': doubles(*[0.0] * 6)}, 'length 1'),
+    ({'normals': doubles(*[NAN] * 6)}, 'length 1'), ({'normals': doubles(*[2.0, 0.0] * 3)}, 'length 1'),
+    ({'normals': doubles(*[INF, 0.0] * 3)}, 'length 1'), ({'offsets': doubles(*[NAN] * 12)}, 'offsets'),
+    ({'offsets': doubles(*[1e8] * 12)}, 'offsets'), ({'contract': array('I', [0, 1])}, 'id 0'),
+    ({'first_span': array('q', [2**62, 0])}, 'no time'), ({'first_span': array('q', [-2**63, 0])}, 'no time'),
+    ({'answer_peer': array('I', [2])}, 'arrays of the links'), ({'answer_peer': array('I', [2, 2])}, 'two links'),
+    ({'answer_mode': array('B', [200, 0])}, 'mode 200'), ({'answer_granted': array('q', [-2**63, 0])}, 'granted')])
+def test_contracts_that_make_no_sense_are_refused_with_a_sentence(fields, words):
+    message = good_contracts_message()
+    fleet_convert.contracts(message, 'map')
+    for field, value in fields.items():
+        setattr(message, field, value)
+    with pytest.raises(InvalidInput, match=words) as refusal:
+        fleet_convert.contracts(message, 'map')
+    assert refusal.value.code == 251 and len(str(refusal.value)) < 300
+
+
+def good_joint_message():
+    """Return a plan in which robot 2 makes two moves and robot 3 one, which waits for the first of them."""
+    ways = np.array([(0, 0), (1, 0), (2, 0)], float), np.array([(1, 1), (1, 0)], float)
+    return fleet_convert.joint_plan_message(
+        JointPlan(2, 5, 1, 4, 2, (2, 3), ways, (((), ()), (((2, 2),),))), 1.0, 'map')
+
+
+@pytest.mark.parametrize('fields, words', [
+    ({'version': 2}, 'version 2, not 1'), ({'members': array('I', [2])}, 'members'),
+    ({'members': array('I', [2, 2])}, 'all different'), ({'proposer': 9}, 'proposer 9'), ({'epoch': 0}, 'epoch'),
+    ({'points': array('H', [0, 5])}, 'needs'), ({'points': array('H', [65535, 65535])}, 'ways'),
+    ({'ways': doubles()}, 'ways'), ({'ways': doubles(*[NAN] * 10)}, 'finite'),
+    ({'ways': doubles(*[0.0] * 10**6)}, 'ways'),
+    ({'needs': array('H', [0, 0, 65535])}, 'needed_member'), ({'needs': array('H')}, 'needs'),
+    ({'needed_member': array('I', [3])}, 'cannot wait'), ({'needed_member': array('I', [8])}, 'cannot wait'),
+    ({'needed_moves': array('H', [3])}, 'cannot wait'), ({'needed_moves': array('H', [0])}, 'moves'),
+    ({'members': array('I'), 'points': array('H'), 'ways': doubles(), 'needs': array('H'), 'needed_member': array('I'),
+      'needed_moves': array('H')}, 'members')])
+def test_a_joint_plan_that_makes_no_sense_is_refused_with_a_sentence(fields, words):
+    message = good_joint_message()
+    fleet_convert.joint_plan(message, 'map')
+    for field, value in fields.items():
+        setattr(message, field, value)
+    with pytest.raises(InvalidInput, match=words):
+        fleet_convert.joint_plan(message, 'map')
+
+
+@given(st.data())
+def test_no_joint_plan_does_worse_than_to_be_refused(data):
+    message, small = good_joint_message(), st.integers(0, 4)
+    for field, strategy in {
+            'members': st.lists(uint32, max_size=3), 'epoch': uint32, 'proposer': small,
+            'points': st.lists(small, max_size=3), 'ways': st.lists(st.floats(width=64), min_size=10, max_size=10),
+            'needs': st.lists(small, max_size=4), 'needed_member': st.lists(small, max_size=3),
+            'needed_moves': st.lists(small, max_size=3)}.items():
+        if data.draw(st.booleans()):
+            setattr(message, field, data.draw(strategy))
+    try:
+        fleet_convert.joint_plan(sent(message), 'map')
+    except InvalidInput:
+        pass
+
+
+def test_a_contract_of_too_many_lines_or_too_many_contracts_are_refused():
+    message, lines = good_contracts_message(), MAX_SPANS + 1
+    message.spans = array('H', [lines, 1])
+    message.normals, message.offsets = doubles(*[1.0, 0.0] * (lines + 1)), doubles(*[0.0] * 4 * (lines + 1))
+    with pytest.raises(InvalidInput, match='L from 1 to 256'):
+        fleet_convert.contracts(message, 'map')
+    message, many = good_contracts_message(), array('I', range(1, MAX_LINKS + 2))
+    message.peer = message.peer_epoch = message.base_sequence = message.contract = many
+    message.first_span, message.spans = array('q', many), array('H', [1] * len(many))
+    message.normals, message.offsets = doubles(*[1.0, 0.0] * len(many)), doubles(*[0.0] * 4 * len(many))
+    with pytest.raises(InvalidInput, match='arrays of the offers'):
+        fleet_convert.contracts(message, 'map')
 
 
 @given(st.data())
@@ -187,15 +333,34 @@ def test_no_robot_message_does_worse_than_to_be_refused(data):
     message = good_robot_message()
     numbers = st.floats(width=64) | st.sampled_from([0.0, 1.0])
     for field, strategy in {
-            'version': st.just(1) | st.integers(0, 2**16 - 1), 'mode': st.integers(0, 255), 'step': numbers,
-            'first_knot': st.integers(-2**63, 2**63 - 1), 'proposal_seq': uint32, 'radius': numbers,
+            'version': st.just(2) | st.integers(0, 2**16 - 1), 'mode': st.integers(0, 255), 'step': numbers,
+            'first_knot': st.integers(-2**63, 2**63 - 1), 'radius': numbers,
             'control_points': st.lists(numbers, max_size=12), 'intended_path_z1': st.lists(numbers, max_size=3),
-            'proposal_control_points': st.lists(numbers, max_size=12), 'peer': st.lists(uint32, max_size=4),
+            'peer': st.lists(uint32, max_size=4), 'link_mode': st.lists(st.integers(0, 255), min_size=2, max_size=2),
             'heading': numbers, 'final_heading': numbers, 'goal': st.lists(numbers, min_size=2, max_size=2)}.items():
         if data.draw(st.booleans()):
             setattr(message, field, data.draw(strategy))
     try:
         fleet_convert.robot_msg(sent(message), 'map')
+    except InvalidInput:
+        pass
+
+
+@given(st.data())
+def test_no_contracts_message_does_worse_than_to_be_refused(data):
+    message = good_contracts_message()
+    numbers = st.floats(width=64) | st.sampled_from([0.0, 1.0])
+    for field, strategy in {
+            'version': st.just(1) | st.integers(0, 2**16 - 1), 'peer': st.lists(uint32, max_size=3),
+            'contract': st.lists(uint32, min_size=2, max_size=2),
+            'spans': st.lists(st.integers(0, 4), max_size=3) | st.lists(st.integers(0, 2**16 - 1), max_size=3),
+            'first_span': st.lists(st.integers(-2**63, 2**63 - 1), min_size=2, max_size=2),
+            'normals': st.lists(numbers, max_size=8), 'offsets': st.lists(numbers, min_size=12, max_size=12),
+            'answer_granted': st.lists(st.integers(-2**63, 2**63 - 1), min_size=2, max_size=2)}.items():
+        if data.draw(st.booleans()):
+            setattr(message, field, data.draw(strategy))
+    try:
+        fleet_convert.contracts(sent(message), 'map')
     except InvalidInput:
         pass
 
@@ -209,7 +374,8 @@ def good_solution_message():
 @pytest.mark.parametrize('fields', [
     {'first_knots': array('q')}, {'first_knots': array('q', [1])}, {'sizes': array('I')}, {'sizes': array('I', [4, 4])},
     {'sizes': array('I', [8, 1])}, {'sizes': array('I', [0, 9])}, {'sizes': array('I', [2**32 - 1, 2**32 - 1])},
-    {'headings': doubles(0.0)}, {'headings': doubles(NAN, 0.0)}, {'final_headings': doubles()},
+    {'reverse': []}, {'reverse': [True]}, {'headings': doubles(0.0)},
+    {'headings': doubles(NAN, 0.0)}, {'final_headings': doubles()},
     {'final_headings': doubles(INF, 0.0)}, {'control_points': doubles()}, {'control_points': doubles(*[0.0] * 17)},
     {'control_points': doubles(*[NAN] * 18)}, {'step': 0.0}, {'step': NAN}, {'first_knots': array('q', [0, 2**63 - 1])},
     {'first_knots': array('q', [1]), 'sizes': array('I', [0]), 'headings': doubles(0.0), 'final_headings': doubles(0.0),

@@ -17,7 +17,7 @@ from visualization_msgs.msg import MarkerArray
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.message import Link, Mode, RobotMsg
-from mobile_planning.fleet.scenarios import load_scene
+from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.nodes import fleet_convert, qos
 from mobile_planning.nodes.convert import seconds
