@@ -7,15 +7,16 @@ wait for each other, but they are safe: what a plan says is only where a robot w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import InvalidInput, PlanningError
+from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.follower import Follower
 from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan, JointStatus
-from mobile_planning.fleet.joint_plan import Member, plan_jointly
+from mobile_planning.fleet.joint_plan import Member
+from mobile_planning.fleet.joint_request import Candidate, JointRequest, gather, standing_beside
 from mobile_planning.fleet.lanes import LaneFinder
 from mobile_planning.fleet.message import Mode, RobotMsg
 from mobile_planning.fleet.roadmap import Roadmap
@@ -40,44 +41,6 @@ _LEFT = 1.5
 #: A plan that ends this near to the goal [m] leads home.
 _HOME = 0.02
 _MAX_PLANS = 32
-
-
-@dataclass(frozen=True, eq=False)
-class JointRequest:
-    """All it takes to make a joint plan, so that it can be made beside the cycle.
-
-    Attributes
-    ----------
-    roadmap : Roadmap
-    proposer, boot_epoch, epoch : int
-    ids : tuple of int
-    members : tuple of Member
-    standing : tuple of ((2,) array_like [m], float [m])
-        Places and radii of those who will not move.
-    horizon : int
-        Steps.
-    """
-
-    roadmap: Roadmap
-    proposer: int
-    boot_epoch: int
-    epoch: int
-    ids: tuple[int, ...]
-    members: tuple[Member, ...]
-    standing: tuple[tuple[ArrayLike, float], ...]
-    horizon: int
-
-    def plan(self) -> JointPlan | None:
-        """Return the plan, in some ten milliseconds or more; None if it is too long to be told."""
-        found = plan_jointly(self.roadmap, self.members, np.random.default_rng((self.proposer, self.epoch)),
-                             self.standing, self.horizon)
-        needs = tuple(tuple(tuple((self.ids[other], count) for other, count in need) for need in each)
-                      for each in found.needs)
-        try:
-            return JointPlan(self.proposer, self.boot_epoch, 0, self.epoch, self.proposer, self.ids,
-                             tuple(found.ways), needs)
-        except InvalidInput:
-            return None
 
 
 class Coordination:
@@ -219,7 +182,7 @@ class Coordination:
         last = self._last
         if last is None:
             return JointStatus(stalled=stalled, is_proposing=self._proposing_since is not None)
-        return JointStatus(*_version(last.plan), self._follower is not None, last.progress, stalled,
+        return JointStatus(last.plan.epoch, last.plan.proposer, self._follower is not None, last.progress, stalled,
                            self._proposing_since is not None)
 
     def _is_silent(self, other, now):
@@ -325,58 +288,40 @@ class Coordination:
 
     def _request(self, now, plan_end, goal, stalled, standing):
         """Return the request for a plan for all around; None where none can be made."""
-        roadmap = self._roadmap()
+        roadmap, lanes = self._roadmap(), self._lane_finder()
         if roadmap is None:
             return None
         self._level = self._level + 1 if now - self._proposed_at < _AGAIN else 0
         self._proposed_at = now
-        around = self._around(now, plan_end)
-        group, has_lane = self._group(around, plan_end, goal)
-        ids = tuple(sorted([self._id, *group])[:MAX_MEMBERS])
-        members = tuple(Member(plan_end, goal, self._radius, stalled) if each == self._id else
-                        Member(around[each].plan.end, around[each].goal, around[each].radius,
-                               around[each].joint.stalled) for each in ids)
+        around, own = self._around(now, plan_end), self._follower
+        candidates = {other: Candidate(
+            message.plan.end, message.goal, message.radius, message.joint.stalled,
+            frozenset(lanes.uses(message.plan.end, message.goal, message.radius, message.v_max)),
+            self._partners(message.joint)) for other, message in around.items()}
+        candidates[self._id] = Candidate(
+            plan_end, goal, self._radius, stalled, frozenset(lanes.uses(plan_end, goal, self._radius, self._v_max)),
+            frozenset() if own is None else frozenset(own.plan.members))
+        group, has_lane = gather(candidates, self._id, _GROUP * 2.0**self._level)
+        ids = tuple(group[:MAX_MEMBERS])
+        members = [candidates[each] for each in ids]
         epochs = [version[0] for version in self._plans]
         epochs += [message.joint.epoch for message, _ in self._heard.values()]
-        return JointRequest(roadmap, self._id, self._boot, 1 + max(epochs, default=0), ids, members,
-                            tuple(self._standing(now, ids, plan_end, standing)),
-                            MAX_MOVES if has_lane or self._level >= len(_HORIZONS) else _HORIZONS[self._level])
+        return JointRequest(
+            roadmap, self._id, self._boot, 1 + max(epochs, default=0), ids,
+            tuple(Member(each.end, each.goal, each.radius, each.stalled) for each in members),
+            standing_beside([*standing, *self._staying(now, ids, plan_end)], members),
+            MAX_MOVES if has_lane or self._level >= len(_HORIZONS) else _HORIZONS[self._level])
 
-    def _group(self, around, plan_end, goal):
-        """Return who is to join a plan, and whether a lane is part of it.
+    def _partners(self, status):
+        """Return the members of the plan that a robot of this ``status`` follows, as far as it is known here."""
+        plan = self._plans.get(status.version) if status.is_followed else None
+        return frozenset() if plan is None else frozenset(plan.members)
 
-        All nearby, and with each who follows a plan all others of that plan, with each who uses a lane all who use it.
-        """
-        lanes = self._lane_finder()
-        uses = {other: set(lanes.uses(message.plan.end, message.goal, message.radius, message.v_max))
-                for other, message in around.items()}
-        own = set(lanes.uses(plan_end, goal, self._radius, self._v_max))
-        near = _GROUP * 2.0**self._level
-        group = {other for other, message in around.items() if np.linalg.norm(message.plan.end - plan_end) < near}
-        if self._follower is not None:
-            group |= around.keys() & set(self._follower.plan.members)
-        while True:
-            used = own.union(*(uses[other] for other in group))
-            more = {other for other in around if uses[other] & used}
-            for other in group:
-                status = around[other].joint
-                if status.is_followed and status.version in self._plans:
-                    more |= around.keys() & set(self._plans[status.version].members)
-            if more <= group:
-                return group, bool(used)
-            group |= more
-
-    def _standing(self, now, ids, plan_end, standing):
-        """Return places and radii of those near that will not move for this plan: silent, stopped or parked."""
-        found = list(standing)
-        for other, (message, _) in self._heard.items():
-            stays = self._is_silent(other, now) or message.mode in (Mode.STOPPED, Mode.DONE)
-            if other not in ids and stays and np.linalg.norm(message.plan.end - plan_end) < self._reach:
-                found.append((message.plan.end, message.radius))
-        places = [message.plan.end for other, (message, _) in self._heard.items() if other in ids] + [plan_end]
-        # Who is known to stand and is asked to join stands no more.
-        return [(place, radius) for place, radius in found
-                if min(np.linalg.norm(np.asarray(place) - each) for each in places) > 0.5 * radius]
+    def _staying(self, now, ids, plan_end):
+        """Return places and radii of those within reach that will not move for a plan of ``ids``."""
+        return [(message.plan.end, message.radius) for other, (message, _) in self._heard.items()
+                if other not in ids and np.linalg.norm(message.plan.end - plan_end) < self._reach
+                and (self._is_silent(other, now) or message.mode in (Mode.STOPPED, Mode.DONE))]
 
     def _roadmap(self):
         """Return the roadmap for all that are about; None where the world has no extent."""
@@ -395,7 +340,3 @@ class Coordination:
         if roadmap is not None and (self._lanes is None or self._lanes.roadmap is not roadmap):
             self._lanes = LaneFinder(roadmap)
         return self._lanes
-
-
-def _version(plan):
-    return plan.epoch, plan.proposer

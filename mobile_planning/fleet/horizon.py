@@ -73,26 +73,30 @@ class Horizon:
         near = fences.of_pieces(self._pieces, curves, self._limits.radius, np.minimum(self._problem.reach, _LOOK),
                                 _NEAREST)
         known = own + near
-        departure = None
+        departures = [None]
         if not np.ptp(old[:3], axis=0).any():
-            departure = self._departure(old, heading, reference, known)
-            if departure is None:
-                return None, np.nan
-            if departure.hold > self._problem.longest_hold:
+            departures = self._departures(old, heading, reference, known)
+        for departure in departures:
+            if departure is not None and departure.hold > self._problem.longest_hold:
                 return np.repeat(old[:1], 4, axis=0), departure.heading
+            new = self._proved(old, curves, reference, own, known, departure)
+            if new is not None:
+                return new, np.nan
+        return None, np.nan
+
+    def _proved(self, old, curves, reference, own, known, departure):
+        """Return control points (n, 2) that keep to all fences; None where that is no progress."""
         new = self._solve(old, reference, known, departure)
         if departure is not None and not self._is_drivable(new):
             new = self._problem.solve(old, reference, known, replace(departure, is_straight=True))
         if new is None:
-            return None, np.nan
+            return None
         ahead = bezier(new)
         box = np.array([np.minimum(curves.min(axis=1), ahead.min(axis=1)),
                         np.maximum(curves.max(axis=1), ahead.max(axis=1))])
         touched = fences.of_pieces(self._pieces, curves, self._limits.radius, box)
         new = shorten(old, new, own + touched, self._limits, self._step)
-        if new is old or departure is not None and np.linalg.norm(new[-1] - old[2]) < _WORTH:
-            return None, np.nan
-        return new, np.nan
+        return None if new is old or departure is not None and np.linalg.norm(new[-1] - old[2]) < _WORTH else new
 
     def _is_drivable(self, new):
         return new is not None and keeps_turn_rate(new, self._step, self._limits.omega_max)
@@ -104,6 +108,9 @@ class Horizon:
             return self._problem.solve(old, reference, known, departure)
         resting = rest_index(old) if np.array_equal(old[-1], goal) else self._spans + 1
         least = max(3, 2 + int(np.ceil(np.linalg.norm(goal - old[2]) / (self._limits.v_max * self._step))))
+        if departure is not None:
+            # It turns first.
+            least += departure.hold
         best, low, high = None, least, resting - 1
         while low <= high:
             index = (low + high) // 2
@@ -116,31 +123,32 @@ class Horizon:
             return self._problem.solve(old, reference, known, departure)
         return best
 
-    def _departure(self, old, heading, reference, known):
-        """Return how a robot at rest at the first knot sets out, None if it has nowhere to go."""
+    def _departures(self, old, heading, reference, known):
+        """Return the ways to set out, the better first, of a robot at rest at the first knot; none if it stays."""
         leading = _leading_rest(old)
         if leading < len(old):
             direction = old[leading] - old[2]
-            return Departure(direction / np.linalg.norm(direction), leading - 3)
+            return [Departure(direction / np.linalg.norm(direction), leading - 3)]
         free = self._problem.solve(old, reference, known)
         if free is None:
-            return None
+            return []
         way = free - old[2]
         left = np.linalg.norm(way, axis=1)
         if left.max() < _WORTH:
-            return None
+            return []
         # Where it is to go, not the very first step: among others that may be no step at all.
         first = np.argmax(left > min(_SETS_OUT, 0.5 * left.max()))
         direction = way[first] / left[first]
         turn = float(wrap_angle(np.arctan2(direction[1], direction[0]) - heading))
-        backward = self._reverse and abs(turn) > np.pi / 2 + 1e-9
-        if backward:
-            turn = float(wrap_angle(turn + np.pi))
-        if abs(turn) <= _AHEAD:
-            side = -1.0 if backward else 1.0
-            return Departure(side * np.array([np.cos(heading), np.sin(heading)]), 0, heading)
+        side = 1.0
+        if self._reverse and abs(turn) > np.pi / 2 + 1e-9:
+            turn, side = float(wrap_angle(turn + np.pi)), -1.0
         hold = int(np.ceil(abs(turn) / (self._limits.omega_max * self._step) + 1e-6))
-        return Departure(direction, hold, float(wrap_angle(heading + turn)))
+        turned = Departure(direction, hold, float(wrap_angle(heading + turn)))
+        if abs(turn) > _AHEAD:
+            return [turned]
+        # Along its heading it need not turn, but there may be a wall.
+        return [Departure(side * np.array([np.cos(heading), np.sin(heading)]), 0, heading), turned]
 
 
 def rest_index(points: NDArray) -> int:

@@ -13,12 +13,14 @@ from scipy.spatial import cKDTree
 
 from mobile_planning.world.environment import Environment
 
-#: Distance of places [m], and of those that are joined by an edge; by a long one only where it joins what is apart.
+#: Distance of places [m], of those that are joined by an edge, and by a long one where a short one does not do.
 SPACING, REACH, LONG_REACH = 0.5, 0.8, 1.4
 #: Room that an edge leaves beside the body [m], and the least that counts as room.
 MARGIN, TIGHT = 0.03, 0.012
 #: Nobody passes anybody where the middle has less than a diameter of the body and this [m] within this distance [m].
 _PASSING, _ASIDE = 0.05, 0.3
+#: A long edge is worth it where the way round is so many times as long.
+_ROUND = 2.5
 #: A passage is a lane where the way round is longer by this [m].
 _DETOUR = 4.0
 #: Samples of the room: the radius is four cells, unless that makes more nodes than this.
@@ -156,35 +158,40 @@ class Roadmap:
         return np.array(places).reshape(-1, 2)
 
     def _join(self, narrow):
-        """Return edges (m, 2) and their rooms (m,): longer and tighter ones where a passage would be missed else."""
-        edges, rooms = self._edges(REACH, MARGIN)
-        count, parts = self._parts(edges)
-        columns, rows = np.rint((self.places - self._low) / self._cell).astype(np.int64).T
-        in_passage = narrow[rows, columns]
-        if count > 1 or in_passage.any():
-            more, more_rooms = self._edges(LONG_REACH, TIGHT, None if count > 1 else in_passage)
-            joins = parts[more[:, 0]] != parts[more[:, 1]]
-            sources, index = np.unique(more[:, 0], return_inverse=True)
-            if len(sources):
-                lengths = dijkstra(self._graph(edges), directed=False, indices=sources, limit=LONG_REACH + _DETOUR)
-                joins |= in_passage[more].any(axis=1) & ~np.isfinite(lengths[index, more[:, 1]])
-            edges, rooms = np.concatenate([edges, more[joins]]), np.append(rooms, more_rooms[joins])
-        return edges, rooms
+        """Return edges (m, 2) and their rooms (m,).
 
-    def _edges(self, reach, margin, among=None):
-        """Return the pairs of places (m, 2) in sight of each other and their rooms (m,); one is ``among`` (n,)."""
+        Long and tight ones are there only where they join what is apart, or save a long way to a narrow place: of a
+        lattice that begins anywhere no node need be just before a door.
+        """
+        edges, rooms = self._edges(self._pairs(REACH), MARGIN)
+        graph = self._graph(edges)
+        parts = connected_components(graph, directed=False)[1]
+        columns, rows = np.rint((self.places - self._low) / self._cell).astype(int).T
+        tight = np.flatnonzero(narrow[rows, columns])
+        pairs = self._pairs(LONG_REACH)
+        apart = parts[pairs[:, 0]] != parts[pairs[:, 1]]
+        if len(tight):
+            around = dijkstra(graph, directed=False, indices=tight, limit=_ROUND * LONG_REACH)
+            turn = np.full(len(self.places), -1)
+            turn[tight] = np.arange(len(tight))
+            for ends in (pairs, pairs[:, ::-1]):
+                row = turn[ends[:, 0]]
+                straight = np.linalg.norm(self.places[ends[:, 0]] - self.places[ends[:, 1]], axis=1)
+                apart |= (row >= 0) & (around[row, ends[:, 1]] > _ROUND * straight)
+        more, more_rooms = self._edges(pairs[apart], TIGHT)
+        return np.concatenate([edges, more]), np.append(rooms, more_rooms)
+
+    def _pairs(self, reach):
+        """Return the pairs (k, 2) of places within ``reach``, in order."""
         if len(self.places) < 2:
-            return np.empty((0, 2), np.int64), np.empty(0)
+            return np.empty((0, 2), np.int64)
         pairs = cKDTree(self.places).query_pairs(reach + 1e-9, output_type='ndarray').astype(np.int64)
-        if among is not None:
-            pairs = pairs[among[pairs].any(axis=1)]
-        pairs = pairs[np.lexsort(pairs.T[::-1])]
+        return pairs[np.lexsort(pairs.T[::-1])]
+
+    def _edges(self, pairs, margin):
         rooms, _ = self.room_along(*self.places[pairs.T])
         has_room = rooms >= self.radius + margin
         return pairs[has_room], rooms[has_room]
-
-    def _parts(self, edges):
-        return connected_components(self._graph(edges), directed=False)
 
     def _graph(self, edges):
         count = len(self.places)

@@ -1,0 +1,107 @@
+"""Joint request: for whom a joint plan is made, and all it takes to make it."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.joint_plan import Member, plan_jointly
+from mobile_planning.fleet.roadmap import Roadmap
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A robot that can be asked to join a plan.
+
+    Attributes
+    ----------
+    end, goal : (2,) ndarray [m]
+        Where its plan in force ends, and where it wants to go.
+    radius : float [m]
+    stalled : float [s]
+        How long it has made no progress.
+    lanes : frozenset of int
+        That it will drive through.
+    partners : frozenset of int
+        The members of the joint plan that it follows.
+    """
+
+    end: NDArray[np.float64]
+    goal: NDArray[np.float64]
+    radius: float
+    stalled: float = 0.0
+    lanes: frozenset[int] = frozenset()
+    partners: frozenset[int] = frozenset()
+
+
+def gather(candidates: Mapping[int, Candidate], robot_id: int, reach: float) -> tuple[list[int], bool]:
+    """Return who is to join a plan of a robot, itself included, and whether a lane is part of it.
+
+    Parameters
+    ----------
+    candidates : mapping of int to Candidate
+        By id, the robot among them.
+    robot_id : int
+    reach : float [m]
+        All whose plans end so near to that of the robot join; and with each of them all who follow a plan with it, and
+        all who use a lane that it uses.
+    """
+    here = candidates[robot_id].end
+    group = {other for other, each in candidates.items() if np.linalg.norm(each.end - here) < reach}
+    while True:
+        lanes = frozenset().union(*(candidates[other].lanes for other in group))
+        partners = frozenset().union(*(candidates[other].partners for other in group))
+        more = {other for other, each in candidates.items() if other in partners or each.lanes & lanes}
+        if more <= group:
+            return sorted(group), bool(lanes)
+        group |= more
+
+
+def standing_beside(discs: Iterable[tuple[ArrayLike, float]], members: Iterable[Candidate]
+                    ) -> tuple[tuple[NDArray[np.float64], float], ...]:
+    """Return the places (2,) [m] and radii [m] of ``discs`` without those that are members: they stand no more."""
+    ends = np.array([member.end for member in members])
+    return tuple((np.asarray(place, float), radius) for place, radius in discs
+                 if np.linalg.norm(ends - place, axis=1).min() > 0.5 * radius)
+
+
+@dataclass(frozen=True, eq=False)
+class JointRequest:
+    """All it takes to make a joint plan, so that it can be made beside the cycle.
+
+    Attributes
+    ----------
+    roadmap : Roadmap
+    proposer, boot_epoch, epoch : int
+    ids : tuple of int
+    members : tuple of Member
+    standing : tuple of ((2,) array_like [m], float [m])
+        Places and radii of those who will not move.
+    horizon : int
+        Steps.
+    """
+
+    roadmap: Roadmap
+    proposer: int
+    boot_epoch: int
+    epoch: int
+    ids: tuple[int, ...]
+    members: tuple[Member, ...]
+    standing: tuple[tuple[ArrayLike, float], ...]
+    horizon: int
+
+    def plan(self) -> JointPlan | None:
+        """Return the plan, in some ten milliseconds or more; None if it is too long to be told."""
+        found = plan_jointly(self.roadmap, self.members, np.random.default_rng((self.proposer, self.epoch)),
+                             self.standing, self.horizon)
+        needs = tuple(tuple(tuple((self.ids[other], count) for other, count in need) for need in each)
+                      for each in found.needs)
+        try:
+            return JointPlan(self.proposer, self.boot_epoch, 0, self.epoch, self.proposer, self.ids,
+                             tuple(found.ways), needs)
+        except InvalidInput:
+            return None
