@@ -182,7 +182,7 @@ def compare_sections(hessian, sections, robot):
     nonlinear = SectionProgram(hessian, robot.limits, robot.plan.step, spans)
     ours, theirs, bad, steps = [], [], 0, []
     for section in sections:
-        start = section.old[3:spans + 1].T.ravel()
+        start = section.old[3:spans + 1].ravel()
         (result, violation), seconds = timed(nonlinear.solve, section.old, section.programs[-1][0], section.circles,
                                              section.peers, start)
         ours.append(section.seconds)

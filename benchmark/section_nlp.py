@@ -17,7 +17,7 @@ class SectionProgram:
     Parameters
     ----------
     hessian : (2 F, 2 F) ndarray
-        Of the objective in the free control points, all x before all y.
+        Of the objective in the free control points, x and y of the first, then of the next.
     limits : Limits
     step : float [s]
     spans : int
@@ -57,10 +57,10 @@ class SectionProgram:
             return 0.5 * x @ pulled + gradient @ x, pulled + gradient
 
         def constraints(x):
-            return self._constraints(fixed + self._spread @ x.reshape(2, -1).T, centres, need)[0]
+            return self._constraints(fixed + self._spread @ x.reshape(-1, 2), centres, need)[0]
 
         def jacobian(x):
-            return self._constraints(fixed + self._spread @ x.reshape(2, -1).T, centres, need)[1]
+            return self._constraints(fixed + self._spread @ x.reshape(-1, 2), centres, need)[1]
 
         result = minimize(objective, start, jac=True, method='SLSQP', options={'maxiter': 100, 'ftol': 1e-6},
                           constraints={'type': 'ineq', 'fun': constraints, 'jac': jacobian})
@@ -87,7 +87,7 @@ class SectionProgram:
 
 def _along(directions, rows):
     """Return the slopes (S, 2 F) of what changes by ``directions`` (S, 2) per unit of a point with the rows (S, F)."""
-    return np.hstack([directions[:, :1] * rows, directions[:, 1:] * rows])
+    return (rows[:, :, None] * directions[:, None]).reshape(len(rows), -1)
 
 
 def _basis(times, spans, step):

@@ -21,12 +21,12 @@ from mobile_planning.geometry import wrap_angle
 MAX_POINTS = 128
 #: Weights of the control points at each of the four Bezier points of a span.
 _TO_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
+_FOUR = np.arange(4)
 
 
 def bezier(points: NDArray) -> NDArray[np.float64]:
     """Return the Bezier points (..., S, 4, 2) [m] of the S spans of control points (..., S + 3, 2)."""
-    spans = np.lib.stride_tricks.sliding_window_view(points, 4, axis=-2)
-    return np.einsum('ij,...sdj->...sid', _TO_BEZIER, spans)
+    return _TO_BEZIER @ points[..., np.arange(points.shape[-2] - 3)[:, None] + _FOUR, :]
 
 
 def split(curves: NDArray, pieces: int) -> NDArray[np.float64]:
@@ -56,12 +56,17 @@ _REST = 1e-6
 
 def speed_bound(points: NDArray, step: float) -> NDArray[np.float64]:
     """Return an upper bound (...) [m/s] of the speed on all spans: the longest velocity control point."""
-    return np.linalg.norm(np.diff(points, axis=-2), axis=-1).max(axis=-1) / step
+    return _longest(points[..., 1:, :] - points[..., :-1, :]) / step
 
 
 def acceleration_bound(points: NDArray, step: float) -> NDArray[np.float64]:
     """Return an upper bound (...) [m/s^2] of the acceleration on all spans, likewise exact at knots."""
-    return np.linalg.norm(np.diff(points, n=2, axis=-2), axis=-1).max(axis=-1) / step**2
+    steps = points[..., 1:, :] - points[..., :-1, :]
+    return _longest(steps[..., 1:, :] - steps[..., :-1, :]) / step**2
+
+
+def _longest(vectors):
+    return np.sqrt((vectors * vectors).sum(axis=-1).max(axis=-1))
 
 
 def keeps_turn_rate(points: NDArray, step: float, omega_max: float, pieces: int = 4) -> bool:

@@ -76,6 +76,17 @@ def draw_lines(owner, owner_span, peer, peer_span, owner_radius, peer_radius, to
     return True
 
 
+@njit(void(POINTS, POINTS, i8, ROWS, ROWS), nogil=True, cache=True)
+def go_on(normals, offsets, line, later_normals, later_offsets):
+    """Write the lines of the spans from ``line`` on; after the last span its line stands still where it ends."""
+    last = len(normals) - 1
+    for span in range(len(later_normals)):
+        at = min(line + span, last)
+        later_normals[span, 0], later_normals[span, 1] = normals[at, 0], normals[at, 1]
+        for k in range(4):
+            later_offsets[span, k] = offsets[at, k] if line + span <= last else offsets[last, 3]
+
+
 @njit(f8(POINTS, i8, POINTS, POINTS, i8, i8, f8), nogil=True, cache=True)
 def least_distance(points, span, normals, offsets, line, count, side):
     """Return the least signed distance [m] of ``count`` spans to their side of the lines, from ``line`` on."""

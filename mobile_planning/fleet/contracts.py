@@ -88,13 +88,14 @@ class Contract:
         ValueError
             The contract has not begun at ``first_span``.
         """
+        from mobile_planning.fleet import contract_kernels as kernels
+
         if first_span < self.first_span:
             raise ValueError(f'span {first_span} lies before the first of the contract, {self.first_span}')
-        wanted = np.arange(count) + min(first_span - self.first_span, len(self.normals))
-        at = np.minimum(wanted, len(self.normals) - 1)
-        offsets = self.offsets[at]
-        offsets[wanted >= len(self.normals)] = self.offsets[-1, 3]
-        return self.normals[at], offsets
+        normals, offsets = np.empty((count, 2)), np.empty((count, 4))
+        line = min(first_span - self.first_span, len(self.normals))
+        kernels.go_on(self.normals, self.offsets, line, normals, offsets)
+        return normals, offsets
 
 
 def build(contract_id: int, owner_plan: Plan, peer_plan: Plan, first_span: int, owner_radius: float,

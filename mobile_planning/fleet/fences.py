@@ -38,12 +38,20 @@ class Fences:
         """Return how far (K, 4) [m] the Bezier points (S, 4, 2) are inside their fences."""
         return np.einsum('qd,qkd->qk', self.normals, curves[self.spans]) - self.bounds
 
+    def on(self, chosen: NDArray) -> Fences:
+        """Return those of an index or a mask."""
+        return Fences(self.spans[chosen], self.normals[chosen], self.bounds[chosen])
+
     def __add__(self, other: Fences) -> Fences:
-        return Fences(np.concatenate([self.spans, other.spans]), np.concatenate([self.normals, other.normals]),
-                      np.concatenate([self.bounds, other.bounds]))
+        return joined(self, other)
 
     def __len__(self) -> int:
         return len(self.spans)
+
+
+def joined(*parts: Fences) -> Fences:
+    """Return all fences of the parts, in turn."""
+    return Fences(*(np.concatenate([getattr(part, name) for part in parts]) for name in ('spans', 'normals', 'bounds')))
 
 
 NONE = Fences(np.zeros(0, np.intp), np.zeros((0, 2)), np.zeros((0, 4)))
@@ -62,12 +70,10 @@ def of_contracts(bound: Sequence[tuple[Contract, bool]], first_span: int, count:
     """
     if not bound:
         return NONE
-    normals, bounds = np.empty((len(bound), count, 2)), np.empty((len(bound), count, 4))
-    for row, (contract, is_owner) in enumerate(bound):
-        side = 1.0 if is_owner else -1.0
-        lines, offsets = contract.lines(first_span, count)
-        normals[row], bounds[row] = side * lines, side * offsets + radius
-    return Fences(np.tile(np.arange(count), len(bound)), normals.reshape(-1, 2), bounds.reshape(-1, 4))
+    sides = np.repeat([1.0 if is_owner else -1.0 for _, is_owner in bound], count)[:, None]
+    normals, offsets = zip(*(contract.lines(first_span, count) for contract, _ in bound))
+    return Fences(np.arange(len(sides)) % count, sides * np.concatenate(normals),
+                  sides * np.concatenate(offsets) + radius)
 
 
 def of_discs(discs: Sequence[tuple[NDArray, float]], curves: NDArray, radius: float) -> Fences:
@@ -84,8 +90,16 @@ def of_discs(discs: Sequence[tuple[NDArray, float]], curves: NDArray, radius: fl
     return fences
 
 
-def of_pieces(pieces: ConvexPieces, curves: NDArray, radius: float, reach: NDArray, cap: int | None = None) -> Fences:
-    """Return the fences that keep a disc on ``curves`` off the static world.
+def of_walls(pieces: ConvexPieces, count: int, radius: float) -> Fences:
+    """Return the fences that keep a disc of ``radius`` [m] within the boundary and the map on ``count`` spans."""
+    walls = len(pieces.wall_offsets)
+    return Fences(np.repeat(np.arange(count), walls), np.tile(pieces.wall_normals, (count, 1)),
+                  np.tile(pieces.wall_offsets[:, None] + radius, (count, 4)))
+
+
+def of_pieces(pieces: ConvexPieces, curves: NDArray, radius: float, low: NDArray, high: NDArray,
+              cap: int | None = None) -> Fences:
+    """Return the fences that keep a disc on ``curves`` off the pieces of the static world.
 
     Parameters
     ----------
@@ -94,26 +108,17 @@ def of_pieces(pieces: ConvexPieces, curves: NDArray, radius: float, reach: NDArr
         Of a plan that keeps clear.
     radius : float [m]
         Of the disc.
-    reach : (S,) ndarray [m] or (2, S, 2) ndarray [m]
-        What may come into play: the pieces no farther than this from the disc on each span, or those
-        that touch the box from ``reach[0]`` to ``reach[1]`` of a span.
+    low, high : (S, 2) ndarray [m]
+        Corners of a box for each span: the pieces that a disc in it may touch count.
     cap : int, optional
         So many of the nearest pieces for each span.
     """
-    spans = np.arange(len(curves))
-    walls = len(pieces.wall_offsets)
-    fences = Fences(np.repeat(spans, walls), np.tile(pieces.wall_normals, (len(spans), 1)),
-                    np.repeat(np.tile(pieces.wall_offsets + radius, len(spans))[:, None], 4, axis=1))
-    if reach.ndim == 1:
-        low, high = curves.min(axis=1) - (reach + radius)[:, None], curves.max(axis=1) + (reach + radius)[:, None]
-    else:
-        low, high = reach[0] - radius, reach[1] + radius
-    starts, found = pieces.near(low, high)
-    near = np.repeat(spans, np.diff(starts))
+    starts, found = pieces.near(low - radius, high + radius)
+    near = np.repeat(np.arange(len(curves)), np.diff(starts))
     normals, offsets, distances = pieces.lines(curves, near, found)
-    if cap is not None and len(near):
-        order = np.lexsort((distances, near))
-        rank = np.arange(len(order)) - starts[near[order]]
-        keep = order[rank < cap]
-        near, normals, offsets = near[keep], normals[keep], offsets[keep]
-    return fences + Fences(near, normals, np.repeat((offsets + radius)[:, None], 4, axis=1))
+    fences = Fences(near, normals, np.repeat(offsets + radius, 4).reshape(-1, 4))
+    if cap is None or not len(near):
+        return fences
+    order = np.lexsort((distances, near))
+    rank = np.arange(len(order)) - starts[near]                     # both are sorted by spans
+    return fences.on(order[rank < cap])

@@ -49,6 +49,7 @@ class Horizon:
                  solver: str = 'active_set', reverse: bool = False):
         self._limits, self._step, self._spans = limits, step, spans
         self._goal, self._pieces, self._reverse = goal, pieces, reverse
+        self._walls = fences.of_walls(pieces, spans, limits.radius)
         self._problem = SectionProblem(limits, step, spans, solver)
 
     def plan(self, old: NDArray, heading: float, reference: NDArray,
@@ -70,9 +71,10 @@ class Horizon:
             Of the other robots.
         """
         curves = bezier(old)
-        near = fences.of_pieces(self._pieces, curves, self._limits.radius, np.minimum(self._problem.reach, _LOOK),
-                                _NEAREST)
-        known = own + near
+        look = np.minimum(self._problem.reach, _LOOK)[:, None]
+        near = fences.of_pieces(self._pieces, curves, self._limits.radius, curves.min(axis=1) - look,
+                                curves.max(axis=1) + look, _NEAREST)
+        known = fences.joined(own, self._walls, near)
         departures = [None]
         if not np.ptp(old[:3], axis=0).any():
             departures = self._departures(old, heading, reference, known)
@@ -91,11 +93,9 @@ class Horizon:
             new = self._problem.solve(old, reference, known, replace(departure, is_straight=True))
         if new is None:
             return None
-        ahead = bezier(new)
-        box = np.array([np.minimum(curves.min(axis=1), ahead.min(axis=1)),
-                        np.maximum(curves.max(axis=1), ahead.max(axis=1))])
-        touched = fences.of_pieces(self._pieces, curves, self._limits.radius, box)
-        new = shorten(old, new, own + touched, self._limits, self._step)
+        swept = np.concatenate([curves, bezier(new)], axis=1)
+        touched = fences.of_pieces(self._pieces, curves, self._limits.radius, swept.min(axis=1), swept.max(axis=1))
+        new = shorten(old, new, fences.joined(own, self._walls, touched), self._limits, self._step)
         return None if new is old or departure is not None and np.linalg.norm(new[-1] - old[2]) < _WORTH else new
 
     def _is_drivable(self, new):

@@ -190,7 +190,8 @@ class Robot:
     def _room_at(self, place):
         """Return how far [m] a place (2,) is from the static world; what is farther than twice the radius counts so."""
         curve, reach = np.tile(place, (1, 4, 1)), 2 * self.limits.radius
-        around = fences.of_pieces(self._pieces, curve, 0.0, np.array([reach]))
+        around = (fences.of_walls(self._pieces, 1, 0.0)
+                  + fences.of_pieces(self._pieces, curve, 0.0, curve[:, 0] - reach, curve[:, 0] + reach))
         return float(min(reach, around.room(curve).min(initial=np.inf)))
 
     def restarted(self, epoch: int, now: float) -> Robot:

@@ -93,34 +93,28 @@ class SectionProblem:
         spread = np.zeros((count, self._free))                      # control points from the free ones
         spread[3:spans + 1] = np.eye(self._free)
         spread[spans + 1:, -1] = 1.0
-        self._spread = spread
-        identity = np.eye(count)
-        self._velocity = np.diff(identity, axis=0) / step
-        self._acceleration = np.diff(self._velocity, axis=0) / step
-        jerk = np.diff(self._acceleration, axis=0) / step
-        self._bezier = np.stack([bezier(np.column_stack([column, column]))[..., 0] for column in identity], axis=-1)
-        self._knot = self._bezier[:, 3]                             # positions at knots 1 to M
-        # Velocity and acceleration at knots 1 to M - 1.
-        self._knot_velocity = (self._velocity[1:-1] + self._velocity[2:])[:spans - 1] / 2
-        self._knot_acceleration = self._acceleration[1:spans]
+        acceleration, jerk = (np.diff(np.eye(count), n=order, axis=0) / step**order for order in (2, 3))
+        knot = bezier(np.eye(count))[:, 3]                          # positions at knots 1 to M
         weights = np.linspace(0.3, 1.0, spans) ** 2
         weights[-1] = 3.0
-        self._pull = 2 * spread.T @ self._knot.T * weights
-        self._smooth = 2 * spread.T @ (_JERK * jerk.T @ jerk
-                                       + _ACCELERATION * self._acceleration.T @ self._acceleration)
-        hessian = self._pull @ self._knot @ spread + self._smooth @ spread
-        self._program = QuadraticProgram(np.kron(np.eye(2), (hessian + hessian.T) / 2), solver,
+        # The gradient comes from the reference and from the given points.
+        self._pull = 2 * spread.T @ knot.T * weights
+        smooth = 2 * spread.T @ (_JERK * jerk.T @ jerk + _ACCELERATION * acceleration.T @ acceleration)
+        self._from_given = (self._pull @ knot + smooth)[:, :3]
+        hessian = (self._pull @ knot + smooth) @ spread
+        self._program = QuadraticProgram(np.kron((hessian + hessian.T) / 2, np.eye(2)), solver,
                                          limit=_STEPS.get(solver, 1) * 2 * self._free)
-        #: Of the speed and of the acceleration: derivatives of the control points that are bounded, and the bounds.
-        self._bounded = ((self._velocity[2:spans], _SPEED_SIDES, _SPEED_SHARE * limits.v_max),
-                         (self._acceleration[1:spans + 1], _ACCELERATION_SIDES, _ACCELERATION_SHARE * limits.a_max))
-        self._bezier_free = self._bezier @ spread                   # (M, 4, F)
-        self._velocity_free = self._knot_velocity @ spread
-        self._acceleration_free = self._knot_acceleration @ spread
-        self._moves = np.abs(self._bezier_free).max(axis=-1) > 0
+        #: Of the speed and of the acceleration: how it comes from control points, from which on, polygon, bound.
+        self._bounded = (
+            (np.array([-1.0, 1.0, 0.0, 0.0]) / step, 2, _polygon(_SPEED_SIDES), _SPEED_SHARE * limits.v_max),
+            (np.array([1.0, -2.0, 1.0, 0.0]) / step**2, 1, _polygon(_ACCELERATION_SIDES),
+             _ACCELERATION_SHARE * limits.a_max))
         #: How far a Bezier point of each span can get from the plan in force [m].
         late = step * np.arange(1, spans + 1)
         self.reach = np.minimum(2 * limits.v_max * late, limits.a_max * late**2)
+        # Room for the rows of any program; each call of `solve` writes what it needs.
+        most = 5 * self._free + (_SPEED_SIDES + _ACCELERATION_SIDES + 3) * spans + 4 * _FENCES
+        self._rows, self._bounds = np.empty((most, 2 * self._free)), np.empty(most)
 
     @property
     def longest_hold(self) -> int:
@@ -145,130 +139,121 @@ class SectionProblem:
         arrival : (int, (2,) ndarray [m]), optional
             The control point, 3 to M, from which all stand at a place.
         """
-        fixed = np.zeros_like(old)
-        fixed[:3] = old[:3]
-        gradient = (self._pull @ (self._knot @ fixed - reference) + self._smooth @ fixed).T.ravel()
-        equal_rows, equal_bounds = self._equalities(old, departure, arrival)
-        fence_rows, fence_bounds = self._fence_rows(old, fixed, fences)
-        limit_rows, limit_bounds = self._limit_rows(old, fixed, reference[-1] - old[2])
-        rows, bounds = [equal_rows, limit_rows, fence_rows], [equal_bounds, limit_bounds, fence_bounds]
-        if departure is not None:
-            # It does leave: else a later point would choose another direction.
-            rows.append(np.zeros((1, 2 * self._free)))
-            rows[-1][0, [departure.hold, self._free + departure.hold]] = departure.direction
-            leaves = min(_LEAVES, 0.5 * self.limits.a_max * self.step**2)
-            bounds.append(np.array([departure.direction @ old[2] + leaves]))
-            if departure.is_straight:
-                onward = np.diff(np.eye(self._free), axis=0)
-                rows.append(np.hstack([departure.direction[0] * onward, departure.direction[1] * onward]))
-                bounds.append(np.zeros(len(onward)))
+        gradient = (self._from_given @ old[:3] - self._pull @ reference).ravel()
+        equalities = self._write_equalities(old, departure, arrival)
+        end = self._write_limits(old, reference[-1] - old[2], equalities)
+        end = self._write_fences(old, fences, end)
+        end = self._write_departure(old, departure, end)
         answer, along, active = None, old, ()
         for _ in range(3):
-            turn_rows, turn_bounds = self._turn_rows(along, old, fixed, reference, departure)
-            result = self._program.solve(gradient, np.concatenate([*rows, turn_rows]),
-                                         np.concatenate([*bounds, turn_bounds]), len(equal_rows), active)
+            last = self._write_turns(along, old, reference, departure, end)
+            result = self._program.solve(gradient, self._rows[:last], self._bounds[:last], equalities, active)
             active = result.active
             if result.x is None or not np.abs(result.x).max() <= _FARTHEST:
                 break
-            answer = fixed + self._spread @ result.x.reshape(2, -1).T
-            # What rests is exactly at rest, which rounding would spoil.
-            if departure is not None:
-                answer[3:3 + departure.hold] = old[2]
-                on_line = slice(3 + departure.hold, None if departure.is_straight else 4 + departure.hold)
-                answer[on_line] = old[2] + np.outer((answer[on_line] - old[2]) @ departure.direction,
-                                                    departure.direction)
-            if arrival is not None:
-                answer[arrival[0]:] = arrival[1]
-            answer = _settled(answer, min(_CREEPS, 0.06 * self.limits.a_max * self.step**2))
+            answer = self._plan_of(result.x, old, departure, arrival)
             if keeps_turn_rate(answer, self.step, self.limits.omega_max):
                 break
             along = answer
         return answer
 
-    def _equalities(self, old, departure, arrival):
-        """Return rows and bounds: points in the hold stay, the next is on the line of departure, the last at a goal."""
-        places = {}
+    def _plan_of(self, x, old, departure, arrival):
+        """Return the control points (M + 3, 2) with the free ones of ``x``."""
+        from mobile_planning.fleet import section_kernels as kernels
+
+        points = np.empty_like(old)
+        points[:3], points[3:self.spans + 1] = old[:3], x.reshape(-1, 2)
+        points[self.spans + 1:] = points[self.spans]
+        # What rests is exactly at rest, which rounding would spoil.
+        if departure is not None:
+            points[3:3 + departure.hold] = old[2]
+            on_line = slice(3 + departure.hold, None if departure.is_straight else 4 + departure.hold)
+            points[on_line] = old[2] + np.outer((points[on_line] - old[2]) @ departure.direction, departure.direction)
+        if arrival is not None:
+            points[arrival[0]:] = arrival[1]
+        # Nor does it creep at its end, where rounding would choose where it points to.
+        return kernels.settled(points, min(_CREEPS, 0.06 * self.limits.a_max * self.step**2))
+
+    # The rows: each of these writes some, from a given one on, and returns the row after
+
+    def _write_equalities(self, old, departure, arrival):
+        """Points in the hold stay, the next is on the line of departure, the last at a goal."""
+        places, on_line, row = {}, [], 0
         if departure is not None:
             places |= dict.fromkeys(range(min(departure.hold, self._free - 1)), old[2])
+            on_line = list(range(departure.hold, self._free)) if departure.is_straight else [departure.hold]
         if arrival is not None:
             places |= dict.fromkeys(range(arrival[0] - 3, self._free), arrival[1])
-        on_line = []
-        if departure is not None:
-            on_line = list(range(departure.hold, self._free)) if departure.is_straight else [departure.hold]
-        rows, bounds = np.zeros((2 * len(places) + len(on_line), 2 * self._free)), []
-        for row, (point, place) in enumerate(places.items()):
-            rows[2 * row, point] = rows[2 * row + 1, self._free + point] = 1.0
-            bounds += [*place]
-        for row, point in enumerate(on_line, 2 * len(places)):
+        for point, place in places.items():
+            self._rows[row:row + 2] = 0.0
+            self._rows[row, 2 * point] = self._rows[row + 1, 2 * point + 1] = 1.0
+            self._bounds[row:row + 2] = place
+            row += 2
+        for point in on_line:
             across = np.array([-departure.direction[1], departure.direction[0]])
-            rows[row, [point, self._free + point]] = across
-            bounds.append(across @ old[2])
-        return rows, np.array(bounds)
+            self._rows[row] = 0.0
+            self._rows[row, 2 * point:2 * point + 2] = across
+            self._bounds[row] = across @ old[2]
+            row += 1
+        return row
 
-    def _limit_rows(self, old, fixed, ahead):
-        """Return rows and bounds of speed and acceleration, which the plan in force always keeps to.
+    def _write_limits(self, old, ahead, row):
+        """Speed and acceleration keep to polygons in the discs of their limits, with a corner along ``ahead`` (2,)."""
+        from mobile_planning.fleet import section_kernels as kernels
 
-        They keep to polygons inscribed in the discs of the limits, with a corner along the way ``ahead`` (2,).
-        """
-        rows, bounds = [], []
-        for derivative, sides, most in self._bounded:
-            angles = np.arctan2(ahead[1], ahead[0]) + 2 * np.pi * (np.arange(sides) + 0.5) / sides
-            normals = np.column_stack([np.cos(angles), np.sin(angles)])
-            now, given = (normals @ (derivative @ points).T for points in (old, fixed))
-            free = derivative @ self._spread
-            rows.append((-normals[:, None, :, None] * free[:, None]).reshape(-1, 2 * self._free))
-            bounds.append((given - np.maximum(most * np.cos(np.pi / sides), now)).ravel())
-        return np.concatenate(rows), np.concatenate(bounds)
+        angle = np.arctan2(ahead[1], ahead[0])
+        cos, sin = np.cos(angle), np.sin(angle)
+        for stencil, first, polygon, most in self._bounded:
+            row = kernels.write_limits(old, stencil, first, self.spans, polygon @ [[cos, sin], [-sin, cos]],
+                                       most * np.cos(np.pi / len(polygon)), self._rows, self._bounds, row)
+        return row
 
-    def _fence_rows(self, old, fixed, fences):
-        """Return the rows and bounds of the fences that may come into play; the tightest, if they are too many."""
-        inside = np.flatnonzero(fences.spans < self.spans)
-        spans, normals, bounds = fences.spans[inside], fences.normals[inside], fences.bounds[inside]
-        curves = self._bezier @ old
-        room = np.einsum('qd,qkd->qk', normals, curves[spans]) - bounds
-        least = room.min(axis=1)
-        chosen = np.flatnonzero(least < self.reach[spans])
+    def _write_fences(self, old, fences, row):
+        """Of the fences that may come into play the tightest count, if they are too many."""
+        from mobile_planning.fleet import section_kernels as kernels
+
+        inside = fences.on(fences.spans < self.spans)
+        room = inside.room(bezier(old)).min(axis=1)
+        chosen = np.flatnonzero(room < self.reach[inside.spans])
         if len(chosen) > _FENCES:
-            chosen = chosen[np.argsort(least[chosen], kind='stable')[:_FENCES]]
-        spans, normals, bounds = spans[chosen], normals[chosen], bounds[chosen]
-        bounds = bounds + np.clip(room[chosen], 0.0, _MARGIN)
-        free = self._bezier_free[spans]                             # (K, 4, F)
-        rows = np.empty((len(spans), 4, 2 * self._free))
-        np.multiply(normals[:, None, :1], free, out=rows[..., :self._free])
-        np.multiply(normals[:, None, 1:], free, out=rows[..., self._free:])
-        bounds = bounds - np.einsum('qd,qkd->qk', normals, (self._bezier @ fixed)[spans])
-        moves = self._moves[spans]
-        return rows[moves], bounds[moves]
+            chosen = chosen[np.argsort(room[chosen], kind='stable')[:_FENCES]]
+        near = inside.on(chosen)
+        return kernels.write_fences(old, near.spans, near.normals, near.bounds, _MARGIN, self._rows,
+                                    self._bounds, row)
 
-    def _turn_rows(self, along, old, fixed, reference, departure):
-        """Return rows that bound the turn rate at the knots, about the directions of the plan ``along``."""
-        velocity = self._knot_velocity @ along
-        speed = np.linalg.norm(velocity, axis=1)
+    def _write_departure(self, old, departure, row):
+        """The robot does leave: else a later point would choose another direction."""
+        if departure is None:
+            return row
+        first, last = departure.hold, self._free if departure.is_straight else departure.hold + 1
+        self._rows[row:row + last - first] = 0.0
+        for point in range(first, last):
+            self._rows[row, 2 * point:2 * point + 2] = departure.direction
+            if point > first:
+                self._rows[row, 2 * point - 2:2 * point] = -departure.direction
+            self._bounds[row] = 0.0
+            row += 1
+        self._bounds[row - last + first] = (departure.direction @ old[2]
+                                            + min(_LEAVES, 0.5 * self.limits.a_max * self.step**2))
+        return row
+
+    def _write_turns(self, along, old, reference, departure, row):
+        """Turn rates at the knots are bounded about the directions of the plan ``along``."""
+        from mobile_planning.fleet import section_kernels as kernels
+
         if departure is not None:
             direction = departure.direction
         else:
             ahead = reference[-1] - along[0]
             direction = ahead / max(np.linalg.norm(ahead), 1e-9)
-        directions = np.empty_like(velocity)
-        for knot, moves in enumerate(speed > _SLOW):
-            if moves:
-                direction = velocity[knot] / speed[knot]
-            directions[knot] = direction
-        across = np.column_stack([-directions[:, 1], directions[:, 0]])
-        most = _TURN_SHARE * self.limits.omega_max
-        ahead = np.hstack([most * directions[:, axis, None] * self._velocity_free for axis in (0, 1)])
-        aside = np.hstack([across[:, axis, None] * self._acceleration_free for axis in (0, 1)])
-        (along_old, aside_old), (along_fixed, aside_fixed) = (
-            (most * (directions * (self._knot_velocity @ points)).sum(axis=1),
-             (across * (self._knot_acceleration @ points)).sum(axis=1)) for points in (old, fixed))
-        bounds = [np.minimum(along_old - side * aside_old, 0.0) - (along_fixed - side * aside_fixed)
-                  for side in (1.0, -1.0)]
-        # No step goes back: the end of a plan must not swing.
-        steps, forward = self._velocity[2:self.spans], directions[1:self.spans - 1]
-        onward = np.hstack([forward[:, axis, None] * (steps @ self._spread) for axis in (0, 1)])
-        step_old, step_fixed = ((forward * (steps @ points)).sum(axis=1) for points in (old, fixed))
-        bounds.append(np.minimum(step_old, 0.0) - step_fixed)
-        return np.concatenate([ahead - aside, ahead + aside, onward]), np.concatenate(bounds)
+        return kernels.write_turns(old, along, direction, self.step, _TURN_SHARE * self.limits.omega_max, _SLOW,
+                                   self._rows, self._bounds, row)
+
+
+def _polygon(sides):
+    """Return the outward normals (sides, 2) of a regular polygon with a corner at angle 0."""
+    angles = 2 * np.pi * (np.arange(sides) + 0.5) / sides
+    return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def shorten(old: NDArray, new: NDArray, fences: Fences, limits: Limits, step: float) -> NDArray[np.float64]:
@@ -285,58 +270,33 @@ def shorten(old: NDArray, new: NDArray, fences: Fences, limits: Limits, step: fl
     limits : Limits
     step : float [s]
     """
+    from mobile_planning.fleet import section_kernels as kernels
+
     change = new - old
     # Written so that a number that is not finite fails too.
-    if not _SETTLED < np.abs(change).max() <= _FARTHEST or change[:3].any() or np.ptp(new[-3:], axis=0).any():
+    if not _SETTLED < np.abs(change).max() <= _FARTHEST or change[:3].any() or (new[-3:-1] != new[-1]).any():
         return old
-    share = min(1.0, *(_share_in_disc(np.diff(old, n=order, axis=0), np.diff(change, n=order, axis=0),
-                                      most * step**order) for order, most in ((1, limits.v_max), (2, limits.a_max))))
-    if len(fences):
-        beyond = max(0, int(fences.spans.max()) + 4 - len(old))
-        curves = [bezier(np.concatenate([points, np.repeat(points[-1:], beyond, axis=0)])) for points in (old, change)]
-        # Where there is no room, rounding must not stop the robot; the proof allows twice as much.
-        room = fences.room(curves[0]) + ROUNDING / 4
-        gain = np.einsum('qd,qkd->qk', fences.normals, curves[1][fences.spans])
-        tight = (room + gain < 0.0) & (gain < 0.0)
-        if tight.any():
-            share = min(share, (np.maximum(room[tight], 0.0) / -gain[tight]).min())
+    # Where there is no room, rounding must not stop the robot; the proof allows twice as much.
+    share = min(kernels.share_in_disc(old, change, 1, limits.v_max * step),
+                kernels.share_in_disc(old, change, 2, limits.a_max * step**2),
+                kernels.share_in_fences(old, change, fences.spans, fences.normals, fences.bounds, ROUNDING / 4))
     if share < 1.0:
         share *= 0.999
     for _ in range(8):
         if share < 1e-3:
             break
-        mixed = _settled(new if share == 1.0 else old + share * change, _SETTLED)
+        mixed = kernels.settled(new if share == 1.0 else old + share * change, _SETTLED)
         if _is_proved(mixed, fences, limits, step):
             return mixed
         share *= 0.6
     return old
 
 
-def _settled(points, within):
-    """Return the plan without creeping at its end: rounding would choose where it points to."""
-    end = points[2] if np.abs(points[2] - points[-1]).max() <= within else points[-1]
-    moves = np.flatnonzero(np.abs(points - end).max(axis=1) > within)
-    result = points.copy()
-    result[max(3, moves[-1] + 1 if len(moves) else 0):] = end
-    return result
-
-
 def _is_proved(points, fences, limits, step):
     """Return whether a plan keeps to all fences and limits, but for rounding."""
-    beyond = max(0, int(fences.spans.max()) + 4 - len(points)) if len(fences) else 0
-    curves = bezier(np.concatenate([points, np.repeat(points[-1:], beyond, axis=0)]))
-    return bool((not len(fences) or fences.room(curves).min() >= -ROUNDING / 2)
+    from mobile_planning.fleet import section_kernels as kernels
+
+    return bool(kernels.least_room(points, fences.spans, fences.normals, fences.bounds) >= -ROUNDING / 2
                 and speed_bound(points, step) <= limits.v_max * (1 + 1e-9)
                 and acceleration_bound(points, step) <= limits.a_max * (1 + 1e-9)
                 and keeps_turn_rate(points, step, limits.omega_max))
-
-
-def _share_in_disc(old, change, radius):
-    """Return the greatest share of ``change`` (n, 2) that keeps ``old + share * change`` within ``radius``."""
-    over = ((old + change)**2).sum(axis=1) > radius**2
-    if not over.any():
-        return 1.0
-    old, change = old[over], change[over]
-    a, b = (change**2).sum(axis=1), (old * change).sum(axis=1)
-    c = np.minimum((old**2).sum(axis=1) - radius**2, 0.0)
-    return float(((-b + np.sqrt(b**2 - a * c)) / a).min())

@@ -9,7 +9,7 @@ from shapely.geometry import Polygon
 
 from mobile_planning.fleet.bspline import Plan, bezier
 from mobile_planning.fleet.contracts import build, room
-from mobile_planning.fleet.fences import NONE, Fences, of_contracts, of_discs, of_pieces
+from mobile_planning.fleet.fences import NONE, Fences, of_contracts, of_discs, of_pieces, of_walls
 from mobile_planning.world.convex_pieces import ConvexPieces
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
@@ -41,7 +41,7 @@ def test_without_anything_near_there_are_no_fences():
     curves = np.zeros((3, 4, 2))
     assert len(NONE) == len(of_contracts([], 0, 3, RADIUS)) == len(of_discs([], curves, RADIUS)) == 0
     pieces = ConvexPieces(Environment(obstacles=[RoundObstacle((50, 50), 1)]))
-    assert len(of_pieces(pieces, curves, RADIUS, np.ones(3))) == 0
+    assert len(of_pieces(pieces, curves, RADIUS, *around(curves, 1.0))) == len(of_walls(pieces, 3, RADIUS)) == 0
 
 
 def test_fences_add_up():
@@ -115,19 +115,21 @@ def worlds(draw):
     return Environment(Boundary((-6, 6), (-6, 6)), obstacles), shapes
 
 
+def around(curves, reach):
+    """Return the corners of the boxes within which a point is no further than ``reach`` from a curve along each axis.
+    """
+    return curves.min(axis=1) - reach, curves.max(axis=1) + reach
+
+
 @settings(max_examples=60)
-@given(worlds(), walks(8), st.integers(0, 2**31), st.sampled_from([0.02, 0.3]), st.sampled_from(['reach', 'box']))
-def test_who_keeps_to_the_fences_of_the_world_does_not_touch_it(world, points, seed, size, by):
+@given(worlds(), walks(8), st.integers(0, 2**31), st.sampled_from([0.02, 0.3]))
+def test_who_keeps_to_the_fences_of_the_world_does_not_touch_it(world, points, seed, size):
     environment, shapes = world
     pieces, curves = ConvexPieces(environment), bezier(points)
     new = perturbed(points, seed, size)
     ahead = bezier(new)
-    if by == 'reach':
-        reach = np.linalg.norm(ahead - curves, axis=-1).max(axis=1)
-    else:
-        reach = np.array([np.minimum(curves.min(axis=1), ahead.min(axis=1)),
-                          np.maximum(curves.max(axis=1), ahead.max(axis=1))])
-    fences = of_pieces(pieces, curves, RADIUS, reach)
+    swept = np.concatenate([curves, ahead], axis=1)
+    fences = of_walls(pieces, len(curves), RADIUS) + of_pieces(pieces, curves, RADIUS, *around(swept, 0.0))
     if fences.room(ahead).min(initial=0.0) >= 0:
         way = places_of(new, len(curves))
         assert all(LineString(way).distance(shape) >= RADIUS - 2e-3 for shape in shapes), 'a chord for 1/40 span'
@@ -138,7 +140,7 @@ def test_the_nearest_pieces_are_taken_where_there_are_too_many():
     pieces = ConvexPieces(Environment(obstacles=[RoundObstacle((x, 1), 0.1) for x in (0.0, 0.5, 1.0, 1.5)]))
     curves = np.zeros((2, 4, 2))
     curves[1] += (1.5, 0.0)
-    fences = of_pieces(pieces, curves, RADIUS, np.full(2, 5.0), cap=1)
+    fences = of_pieces(pieces, curves, RADIUS, *around(curves, 5.0), cap=1)
     assert fences.spans.tolist() == [0, 1]
     assert fences.normals == pytest.approx(np.tile([0.0, -1.0], (2, 1)))
     assert fences.room(curves) == pytest.approx(np.full((2, 4), 0.7))
@@ -149,6 +151,6 @@ def test_the_cells_of_a_map_and_its_edge_are_fences_too():
     data[10, 10] = 100
     pieces = ConvexPieces(Environment(grid=OccupancyGrid(data, 0.1)))
     curves = np.tile((0.5, 1.05), (1, 4, 1))
-    fences = of_pieces(pieces, curves, RADIUS, np.array([1.0]))
+    fences = of_pieces(pieces, curves, RADIUS, *around(curves, 1.0)) + of_walls(pieces, 1, RADIUS)
     assert fences.room(curves).min() == pytest.approx(0.3), 'both the cell and the edge are 0.5 m away'
     assert len(fences) == 5
