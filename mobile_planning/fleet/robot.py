@@ -165,7 +165,7 @@ class Robot:
         self._horizon = Horizon(self.limits, self._step, self._spans, kine_model.z_final, self._pieces, solver=solver,
                                 reverse=reverse)
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
-        self._plans, self._section_times = [first], []
+        self._plans, self._commits, self._section_times = [first], [float(start_time)], []
         self._in_force = _InForce(first, self.limits.radius, self._step)
         # In a gap between two observations two robots of this speed come nearer by no more than the margin.
         rest_time, gap = (self._spans + 3) * self._step, 2 * self.Tc
@@ -322,7 +322,8 @@ class Robot:
     @property
     def sol(self) -> Solution:
         """What the robot has driven so far."""
-        return Solution(self.eyed, tuple(self._plans), self.is_done, tuple(self._section_times))
+        return Solution(self.eyed, tuple(self._plans), self.is_done, tuple(self._section_times),
+                        commits=tuple(self._commits))
 
     @property
     def ctime(self) -> list[float]:
@@ -414,6 +415,7 @@ class Robot:
         if abs(turned) > _TURNED or plan.turn_in_place() > self.limits.omega_max * (1 + 1e-8):
             return
         self._plans.append(plan)
+        self._commits.append(float(now))
         first = max(int(np.floor(now / self._step)), self.plan.first_knot)
         self._in_force.plan = splice([self.plan, plan], first)
 

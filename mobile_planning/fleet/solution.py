@@ -12,7 +12,7 @@ from mobile_planning.fleet.bspline import Plan
 
 @dataclass(frozen=True)
 class Solution:
-    """The plans a robot has committed, each in force from its first knot to the next one's.
+    """The plans a robot has committed, each driven from its first knot to the next one's.
 
     Attributes
     ----------
@@ -24,6 +24,9 @@ class Solution:
         The robot says that it is at its goal and at rest.
     section_times : tuple of float [s]
         To plan each section.
+    commits : tuple of float [s]
+        When each plan was committed, on the fleet's clock: from then on it binds, before it is driven. What is not
+        known, NaN or left out at the end, is taken for the first knot.
     sample : float [s]
         Greatest time between samples.
     start_time : float [s] or None
@@ -35,6 +38,7 @@ class Solution:
     plans: tuple[Plan, ...]
     done: bool = False
     section_times: tuple[float, ...] = ()
+    commits: tuple[float, ...] = field(default=(), kw_only=True)
     sample: float = field(default=0.01, kw_only=True)
     start_time: float | None = field(default=None, kw_only=True)
 

@@ -16,13 +16,17 @@ _TO_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) 
 class Track:
     """All plans of one robot, of which plan 0 is its rest at the start, each with one span more at rest.
 
+    A plan binds from its commit on, and is driven from its first knot on.
+
     Attributes
     ----------
     faults : list of str
         What is wrong with single plans; from a plan that is none on, the robot counts as silent.
     first, last, low, high : (P, ...) ndarray
-        Of each plan the knot from which it is in force, the one from which it rests, and a box around it [m]. Knots
+        Of each plan the knot from which it is driven, the one from which it rests, and a box around it [m]. Knots
         count from the last one before the mission's start: a start in seconds since 1970 costs no digits.
+    commit : (P,) ndarray
+        From when on each plan binds, in the same unit.
     plan, knot, points, curves, turn, theta : (K, ...) ndarray
         Of each span its plan, its knot, its control points and Bezier points (4, 2) [m], how far it turns at rest [rad]
         and the heading at its start [rad].
@@ -30,13 +34,14 @@ class Track:
         Control points of the velocity; the same without its zeros at the ends of a move, so that its direction is left.
     """
 
-    def __init__(self, body, plans, start_time, step):
+    def __init__(self, body, plans, commits, start_time, step):
         self.body, self.step, self.faults = body, step, []
         start, plans = Fraction(start_time) / Fraction(step), self._sound(plans)
         self._shift = float(start - floor(start))
         controls = [np.tile(body.start[:2], (4, 1)), *(plan.points for plan in plans)]
         sizes = np.array([len(control) - 2 for control in controls])
         self.first = np.array([_EVER, *(plan.first_knot - floor(start) for plan in plans)])
+        self.commit = self._binding(commits, floor(start))
         self.last, self._offset = self.first + sizes - 1, np.cumsum(sizes) - sizes
         self.plan = np.repeat(np.arange(len(sizes)), sizes)
         self.knot = self.first[self.plan] + np.arange(len(self.plan)) - self._offset[self.plan]
@@ -64,6 +69,13 @@ class Track:
                                    f'are finite, end at rest, follow each other and have knots {self.step} s apart')
                 return plans[:index]
         return plans
+
+    def _binding(self, commits, zero):
+        """Return when each plan binds: once it is committed, and driven at the latest, or its successor binds."""
+        known = np.full(len(self.first), np.nan)
+        commits = np.array(commits[:len(known) - 1], float) / self.step - zero
+        known[1:len(commits) + 1] = commits
+        return np.minimum.accumulate(np.fmin(known, self.first)[::-1])[::-1]
 
     def _set_headings(self, plan, span, high, along):
         """Follow the heading through one plan: along the motion or against it, turned evenly at rest."""
@@ -93,20 +105,35 @@ class Track:
         """Return the index of the span of each of ``plans`` that starts at each of ``knots``."""
         return self._offset[plans] + np.clip(knots, self.first[plans], self.last[plans]) - self.first[plans]
 
-    def in_force(self, knots):
-        """Return which plan is in force from each of ``knots`` on."""
+    def driven(self, knots):
+        """Return which plan is driven from each of ``knots`` on."""
         return np.searchsorted(self.first, knots, side='right') - 1
+
+    def bound(self, moments):
+        """Return the last plan that binds at each of ``moments``, in knots: driven as soon as its predecessors let it.
+        """
+        return np.searchsorted(self.commit, moments, side='right') - 1
+
+    def to_come(self, plans, knots):
+        """Return the index of the span from each of ``knots`` on if each of ``plans`` is the last."""
+        return self.at(np.minimum(self.driven(knots), plans), knots)
+
+    def boxes(self, first, last):
+        """Return corners (N, 2) [m] of boxes around the plans from each of ``first`` to each of ``last``."""
+        ranges = np.column_stack([first, last + 1]).ravel()
+        return [function.reduceat(np.vstack([corners, corners[-1:]]), ranges, axis=0)[::2]
+                for function, corners in ((np.minimum, self.low), (np.maximum, self.high))]
 
     def places(self, times):
         """Return where the robot is (N, 2) [m] at ``times`` (N,) [s] since the start, by the B-spline's own basis."""
         knots = np.floor(u := times / self.step + self._shift).astype(np.int64)
-        s, q = (u - knots)[:, None], self.points[self.at(self.in_force(knots), knots)]
+        s, q = (u - knots)[:, None], self.points[self.at(self.driven(knots), knots)]
         return ((1 - s)**3 * q[:, 0] + (3 * s**3 - 6 * s**2 + 4) * q[:, 1]
                 + (3 * (s + s**2 - s**3) + 1) * q[:, 2] + s**3 * q[:, 3]) / 6
 
     def rests_from(self):
         """Return from when on [s] since the start the robot, as driven, neither moves nor turns."""
-        is_active = (self._moves | (self.turn != 0)) & (self.in_force(self.knot) == self.plan)
+        is_active = (self._moves | (self.turn != 0)) & (self.driven(self.knot) == self.plan)
         return max(0.0, float(self.time(self.knot[is_active].max(initial=_EVER) + 1)))
 
 

@@ -40,7 +40,7 @@ class Vehicle:
         self.robot, self.skew, self._start_time = robot, skew, start_time
         self.is_alive = self.has_joined = self.is_solving = self.has_answers_due = False
         self.life, self.inbox = 0, []
-        self._driven, self._section_times = (), ()
+        self._driven, self._commits, self._section_times = (), (), ()
 
     @property
     def eyed(self) -> int:
@@ -74,7 +74,8 @@ class Vehicle:
     def boot(self, now: float) -> None:
         """Start the process; after a death it is a new one, that knows nothing."""
         if self.has_joined:
-            self._driven, self._section_times = self.solution.plans, self.solution.section_times
+            driven = self.solution
+            self._driven, self._commits, self._section_times = driven.plans, driven.commits, driven.section_times
             self.robot = self.robot.restarted(self.robot.protocol.epoch + 1, self.clock(now))
         self.is_alive = self.has_joined = True
 
@@ -82,6 +83,7 @@ class Vehicle:
     def solution(self) -> Solution:
         """What the body has driven under all its processes."""
         latest = self.robot.sol
+        commits = tuple(time - self.skew for time in latest.commits)
         return Solution(self.eyed, self._driven + latest.plans, latest.done,
-                        self._section_times + latest.section_times, sample=latest.sample,
-                        start_time=self._start_time)
+                        self._section_times + latest.section_times, commits=self._commits + commits,
+                        sample=latest.sample, start_time=self._start_time)

@@ -1,9 +1,9 @@
 """Verification: prove from the published control points alone that a mission was safe, or say where it was not.
 
-Proved is all that robots committed themselves to, driven or not: two plans in force at one instant keep apart to their
-ends and for ever after; each keeps off the static world and, at every instant, within the limits of speed, acceleration
-and turn rate; each goes on where its predecessor was. Not judged is how fast turn rates change. Samples of what was
-driven, by another formula, are a second opinion.
+Proved is all that robots committed themselves to, driven or not: what binds two robots at one instant, each by its last
+commit, keeps them apart to the end and for ever after; each plan keeps off the static world and, at every instant,
+within the limits of speed, acceleration and turn rate; each goes on where its predecessor was. Not judged is how fast
+turn rates change. Samples of what was driven, by another formula, are a second opinion.
 """
 from collections.abc import Mapping, Sequence
 from itertools import combinations
@@ -33,7 +33,8 @@ def verify(solutions: Mapping[int, Solution], bodies: Sequence[Body], environmen
     """
     plans = {body.eyed: list(solutions[body.eyed].plans) if body.eyed in solutions else [] for body in bodies}
     step = next((plan.step for each in plans.values() for plan in each if 0 < plan.step < np.inf), 1.0)
-    tracks = [Track(body, plans[body.eyed], start_time, step) for body in bodies]
+    commits = {eyed: solution.commits for eyed, solution in solutions.items()}
+    tracks = [Track(body, plans[body.eyed], commits.get(body.eyed, ()), start_time, step) for body in bodies]
     world = ExactDistance(environment)
     alone = (track.faults + _jumps(track) + _broken_limits(track, world) for track in tracks)
     violations = sum([*alone, *(_meetings(a, b) for a, b in combinations(tracks, 2))], [])
@@ -93,19 +94,20 @@ def _broken_limits(track, world):
 
 
 def _meetings(a, b):
-    """Say where two robots' plans, in force at one instant, come too close then or at any time after."""
-    changes, need = np.union1d(a.first[1:], b.first[1:]), a.body.radius + b.body.radius - TOLERANCE
-    knots = np.append(changes.min(initial=0) - 1, changes)
-    p, q = a.in_force(knots), b.in_force(knots)
-    near = norm(np.maximum(a.low[p] - b.high[q], b.low[q] - a.high[p]).clip(0.0), axis=1) < need
-    p, q, knots = p[near], q[near], knots[near]
+    """Say where two robots, by what binds them at one instant, come too close then or at any time after."""
+    changes, need = np.union1d(a.commit[1:], b.commit[1:]), a.body.radius + b.body.radius - TOLERANCE
+    moments = np.append(changes.min(initial=0) - 1, changes)
+    knots, p, q = np.floor(moments).astype(np.int64), a.bound(moments), b.bound(moments)
+    (a_low, a_high), (b_low, b_high) = a.boxes(a.driven(knots), p), b.boxes(b.driven(knots), q)
+    near = norm(np.maximum(a_low - b_high, b_low - a_high).clip(0.0), axis=1) < need
+    p, q, knots, moments = p[near], q[near], knots[near], moments[near]
     count = np.maximum(np.maximum(a.last[p], b.last[q]) - knots, 0) + 1
     row = np.repeat(np.arange(len(knots)), count)
     span = knots[row] + np.arange(len(row)) - (np.cumsum(count) - count)[row]
-    bad = unproved(a.curves[a.at(p[row], span)] - b.curves[b.at(q[row], span)], lambda pieces: (
-        reach(pieces) - need, norm(pieces[:, [0, -1]], axis=2).min(axis=1) - need))
-    return [f'robots {a.body.eyed} and {b.body.eyed}: by the plans in force at {a.time(knots[row[bad[0]]]):.3f} s they '
-            f'come closer than {need:.4f} m at {a.time(span[bad[0]]):.3f} s'] if len(bad) else []
+    apart = a.curves[a.to_come(p[row], span)] - b.curves[b.to_come(q[row], span)]
+    bad = unproved(apart, lambda pieces: (reach(pieces) - need, norm(pieces[:, [0, -1]], axis=2).min(axis=1) - need))
+    return [f'robots {a.body.eyed} and {b.body.eyed}: by the plans bound at {a.time(moments[row[bad[0]]]):.3f} s '
+            f'they come closer than {need:.4f} m at {a.time(span[bad[0]]):.3f} s'] if len(bad) else []
 
 
 def _sampled(tracks, world):
