@@ -165,7 +165,7 @@ class Robot:
         self._horizon = Horizon(self.limits, self._step, self._spans, kine_model.z_final, self._pieces, solver=solver,
                                 reverse=reverse)
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
-        self._plans, self._commits, self._section_times = [first], [float(start_time)], []
+        self._plans, self._commits, self._section_times = [first], [np.nan], []
         self._in_force = _InForce(first, self.limits.radius, self._step)
         # In a gap between two observations two robots of this speed come nearer by no more than the margin.
         rest_time, gap = (self._spans + 3) * self._step, 2 * self.Tc

@@ -25,8 +25,8 @@ class Solution:
     section_times : tuple of float [s]
         To plan each section.
     commits : tuple of float [s]
-        When each plan was committed, on the fleet's clock: from then on it binds, before it is driven. What is not
-        known, NaN or left out at the end, is taken for the first knot.
+        When each plan was committed, on the fleet's clock: from then on it binds, before it is driven. NaN for the one
+        with which the robot was switched on; that, and what is left out at the end, is taken for the first knot.
     sample : float [s]
         Greatest time between samples.
     start_time : float [s] or None

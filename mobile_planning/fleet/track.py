@@ -71,10 +71,13 @@ class Track:
         return plans
 
     def _binding(self, commits, zero):
-        """Return when each plan binds: once it is committed, and driven at the latest, or its successor binds."""
+        """Return when each plan binds: once it is committed, and driven at the latest, or its successor binds.
+
+        Before the robot was switched on nothing binds it but its place.
+        """
         known = np.full(len(self.first), np.nan)
         commits = np.array(commits[:len(known) - 1], float) / self.step - zero
-        known[1:len(commits) + 1] = commits
+        known[1:len(commits) + 1] = np.maximum(commits, self.first[1:2])
         return np.minimum.accumulate(np.fmin(known, self.first)[::-1])[::-1]
 
     def _set_headings(self, plan, span, high, along):

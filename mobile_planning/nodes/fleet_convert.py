@@ -267,7 +267,8 @@ def solution_message(solution: Solution, epoch: int, time: float, frame: str) ->
         headings=_floats([plan.heading for plan in plans]),
         final_headings=_floats([plan.final_heading for plan in plans]),
         reverse=[bool(plan.reverse) for plan in plans],
-        section_times=_floats(solution.section_times))
+        section_times=_floats(solution.section_times),
+        commits=_floats(solution.commits))
 
 
 def solution(message: SolutionMessage, frame: str) -> Solution:
@@ -290,7 +291,8 @@ def solution(message: SolutionMessage, frame: str) -> Solution:
     points = np.array(message.control_points).reshape(-1, 2)
     plans = [Plan(_knot(knot), message.step, part, *fields) for knot, part, *fields in
              zip(message.first_knots, np.split(points, np.cumsum(sizes)[:-1]), *columns)]
-    return Solution(int(message.robot_id), tuple(plans), bool(message.done), tuple(message.section_times))
+    return Solution(int(message.robot_id), tuple(plans), bool(message.done), tuple(message.section_times),
+                    commits=tuple(message.commits))
 
 
 def report_message(report: Report, time: float) -> MissionReport:

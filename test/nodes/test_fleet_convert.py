@@ -131,13 +131,14 @@ def test_a_joint_plan_arrives_as_it_was(plan):
 
 
 @given(uint32, uint32, st.booleans(), st.lists(plans(0.5, st.integers(1, 20)), min_size=1, max_size=8),
-       st.lists(st.floats(0, 10)))
-def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times):
-    solution = Solution(robot_id, tuple(driven), done, tuple(times))
+       st.lists(st.floats(0, 10)), st.lists(st.floats(-10, 1e9)))
+def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times, commits):
+    solution = Solution(robot_id, tuple(driven), done, tuple(times), commits=tuple(commits))
     message = sent(fleet_convert.solution_message(solution, epoch, 1.0, 'hall'))
     received = fleet_convert.solution(message, 'hall')
     assert message.boot_epoch == epoch and (received.eyed, received.done) == (robot_id, done)
-    assert received.section_times == tuple(times) and len(received.plans) == len(driven)
+    assert received.section_times == tuple(times) and received.commits == tuple(commits)
+    assert len(received.plans) == len(driven)
     assert all(map(same_plan, received.plans, solution.plans))
 
 
