@@ -100,6 +100,11 @@ class Coordination:
         """Return way-points (W, 2) [m] from ``position`` to where the plan in force lets the robot go, if any is."""
         return None if self._follower is None else self._follower.way(np.asarray(position, float))
 
+    def leave(self) -> None:
+        """Take no further part in the plan in force, and make none: the others drop it when they hear of that."""
+        self._follower = self.request = self._proposing_since = None
+        self.status = self._status(0.0)
+
     # What comes in
 
     def hear(self, message: RobotMsg | JointPlan, now: float) -> bool:

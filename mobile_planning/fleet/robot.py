@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
+from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, StartOccupied, StartOutside
 from mobile_planning.fleet import fences
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan, bezier, splice
 from mobile_planning.fleet.contracts import ROUNDING, Contract, build, room
@@ -123,7 +123,7 @@ class Robot:
     ------
     InvalidInput
         A parameter is out of its range.
-    StartOccupied, GoalOccupied
+    StartOutside, GoalOutside, StartOccupied, GoalOccupied
         The body does not fit there.
     NoPath
         No path for the body leads to the goal.
@@ -151,19 +151,17 @@ class Robot:
         self._made = dict(rho=rho, Tc=Tc, Tp=Tp, grid=grid, method=method, margin=margin, solver=solver,
                           sensor_range=sensor_range, budget=budget, reverse=reverse)
         self.environment = Environment(phy_boundary, obstacles, grid)
-        self.mode = Mode.WAITING
         self.Tc, self.sensor_range, self._step = float(Tc), float(sensor_range), float(Tc) / _KNOTS
         self._spans, self._budget, self._reverse = int(round(Tp / self._step)), float(budget), bool(reverse)
         v_max, omega_max = kine_model.u_max
         self.limits = Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin)
         self._pieces = ConvexPieces(self.environment)
-        self._require_room()
-        self._guidance = Guidance(self.environment, kine_model.z_final, self.limits.radius, v_max)
-        self._guidance.path(kine_model.z_init)
+        self._require_room('start', kine_model.z_init, StartOutside, StartOccupied)
+        self._require_room('goal', kine_model.z_final, GoalOutside, GoalOccupied)
+        self._guidance = self._guidance_to(kine_model.z_final, kine_model.z_init)
         self._guidance.prepare()
         self._coordination = Coordination(self.eyed, self.environment, self.limits.radius, v_max, boot_epoch=int(epoch))
-        self._horizon = Horizon(self.limits, self._step, self._spans, kine_model.z_final, self._pieces, solver=solver,
-                                reverse=reverse)
+        self._horizon = self._horizon_to(kine_model.z_final)
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
         self._plans, self._commits, self._section_times = [first], [np.nan], []
         self._in_force = _InForce(first, self.limits.radius, self._step)
@@ -175,17 +173,29 @@ class Robot:
                                'see each other at last must have room to come to rest')
         self.protocol = Protocol(self.eyed, int(epoch), self._in_force, rest_time=rest_time,
                                  sensor_range=sensor_range, margin=margin, gap=gap, born=start_time)
+        self._mode, self._is_paused = Mode.WAITING, False
         self._mission_start, self._is_planning = np.inf, False
         self._least_left, self._progress_at, self._cycles = np.inf, 0.0, 0
         self._roundabout: Roundabout | None = None
 
-    def _require_room(self):
-        places, need = np.array([self.k_mod.z_init, self.k_mod.z_final]), self.limits.radius
-        for place, error, name in zip(places, (StartOccupied, GoalOccupied), ('start', 'goal')):
-            free = self._room_at(place)
-            if free < need - ROUNDING:
-                raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed} has {free:.3f} m of room, '
-                            f'with its margin it needs {need:.3f} m')
+    def _require_room(self, name, place, outside, occupied):
+        x_min, y_min, x_max, y_max = self.environment.bounds
+        said = f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed}'
+        if not (x_min <= place[0] <= x_max and y_min <= place[1] <= y_max):
+            raise outside(f'{said} lies outside the world, x in {x_min:g}..{x_max:g} m, y in {y_min:g}..{y_max:g} m')
+        free, need = self._room_at(place), self.limits.radius
+        if free < need - ROUNDING:
+            raise occupied(f'{said} has {free:.3f} m of room, with its margin it needs {need:.3f} m')
+
+    def _guidance_to(self, goal, place):
+        """Return the guidance to ``goal`` (2,) [m], which a way joins to ``place`` (2,) [m]."""
+        guidance = Guidance(self.environment, goal, self.limits.radius, self.limits.v_max)
+        guidance.path(place)
+        return guidance
+
+    def _horizon_to(self, goal):
+        return Horizon(self.limits, self._step, self._spans, goal, self._pieces, solver=self._made['solver'],
+                       reverse=self._reverse)
 
     def _room_at(self, place):
         """Return how far [m] a place (2,) is from the static world; what is farther than twice the radius counts so."""
@@ -225,7 +235,58 @@ class Robot:
         """Finish the plan in force, which ends at rest, and stay there."""
         self._mission_start = np.inf
         if not self.is_done:
-            self.mode = Mode.STOPPED
+            self._mode = Mode.STOPPED
+
+    def set_goal(self, q_final: ArrayLike, now: float) -> None:
+        """Drive to another goal from ``now`` [s] on, whether the last one was reached or not.
+
+        The plan in force stands until the next commit, and so do all contracts: no other robot has to be asked. A joint
+        plan that the robot takes part in ends for it, for it led to the old goal. A robot that waits, is paused or was
+        stopped does so on, and drives to the new goal when it drives again. On a map this takes about as long as a
+        section: the field of the way to the goal is computed, where the goal is not in plain sight.
+
+        Parameters
+        ----------
+        q_final : (3,) array_like [m, m, rad]
+        now : float [s]
+
+        Raises
+        ------
+        InvalidInput
+            It is not three finite numbers.
+        GoalOutside, GoalOccupied, NoPath
+            The body does not fit there, or nothing leads there. The old goal stands.
+
+        Examples
+        --------
+        >>> room = Boundary((0, 8), (0, 6))
+        >>> agent = Robot(1, UnicycleKineModel((1, 1, 0), (7, 1, 0)), [], room)
+        >>> agent.set_goal((7, 5, 1.57), 0.0)
+        >>> agent.goal.tolist()
+        [7.0, 5.0, 1.57]
+        """
+        made = self.k_mod
+        model = UnicycleKineModel(made.q_init, q_final, made.u_init, made.u_final, made.u_max, made.acc_max)
+        self._require_room('goal', model.z_final, GoalOutside, GoalOccupied)
+        guidance = self._guidance_to(model.z_final, self.plan.end)
+        self.k_mod, self._guidance, self._horizon = model, guidance, self._horizon_to(model.z_final)
+        self._coordination.leave()
+        self._roundabout, self._least_left, self._progress_at = None, np.inf, now
+        if self.is_done:
+            self._mode = Mode.STOPPED if self._mission_start == np.inf else Mode.DRIVING
+
+    def pause(self, now: float) -> None:
+        """Come to rest from ``now`` [s] on, as soon as its contracts allow, and stay until `resume`.
+
+        Where they do not, the plan in force is driven to its end. The robot speaks on, takes contracts and keeps them,
+        so that its peers drive past it; to them it has stopped.
+        """
+        self._is_paused, self._progress_at = True, now
+        self._coordination.leave()
+
+    def resume(self, now: float) -> None:
+        """Drive on from ``now`` [s] on, if the robot was paused."""
+        self._is_paused, self._progress_at = False, now
 
     # What goes in and out
 
@@ -253,7 +314,7 @@ class Robot:
         self._in_force.now, self._is_planning = now, True
         knot = self._knot(now)
         old = self.plan.control(knot, self._spans + 3)
-        if knot * self._step < self._mission_start - 1e-9 or self.is_done and not self._coordination.calls:
+        if self._stays(knot, old):
             return Section(knot, old)
         began = perf_counter()
         heading = float(self._plan_at(knot).state(knot * self._step)[2])
@@ -261,9 +322,13 @@ class Robot:
             return self._turn_to_finish(knot, old, heading)
         if not self.protocol.may_move(now, self._is_slow(old)):
             return Section(knot, old)
+        if self._is_paused and not np.ptp(old[:3], axis=0).any():
+            return Section(knot, old, np.repeat(old[:1], len(old), axis=0), seconds=perf_counter() - began)
         new, final = self._horizon.plan(old, heading, self._reference(knot, old, now), self._peer_fences(knot, old))
         if new is not None and self._is_at_goal(new[-1]):
             final = self.k_mod.q_final[2]
+        if self._is_paused and new is not None and rest_index(new) > rest_index(old):
+            new = None
         return Section(knot, old, new, final, perf_counter() - began)
 
     def commit(self, section: Section, now: float) -> list[RobotMsg | Contracts | JointPlan]:
@@ -300,9 +365,24 @@ class Robot:
     # What can be asked
 
     @property
+    def mode(self) -> Mode:
+        """What the robot is doing; while it is paused it has stopped."""
+        return Mode.STOPPED if self._is_paused and self._mode is not Mode.WAITING else self._mode
+
+    @property
     def is_done(self) -> bool:
         """Whether the robot is at its goal and at rest."""
-        return self.mode is Mode.DONE
+        return self._mode is Mode.DONE
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether the robot comes to rest, or rests, until `resume`."""
+        return self._is_paused
+
+    @property
+    def goal(self) -> NDArray[np.float64]:
+        """The pose (3,) [m, m, rad] that the robot drives to."""
+        return self.k_mod.q_final.copy()
 
     @property
     def plan(self) -> Plan:
@@ -353,6 +433,14 @@ class Robot:
         """Return which of the plans drives at ``knot``: the last that has started, or the first."""
         return next((plan for plan in reversed(self._plans) if plan.first_knot <= knot), self._plans[0])
 
+    def _stays(self, knot, old):
+        """Whether the robot is to go on as by ``old``, its plan in force from ``knot`` on."""
+        if knot * self._step < self._mission_start - 1e-9:
+            return True
+        if self._is_paused:
+            return not np.ptp(old, axis=0).any()
+        return self.is_done and not self._coordination.calls
+
     def _is_slow(self, old):
         """Whether a plan that goes on from ``old`` departs from rest."""
         return bool(np.linalg.norm(old[2] - old[0]) < 2 * self._step * _V_REST)
@@ -368,11 +456,18 @@ class Robot:
 
     def _reference(self, knot, old, now):
         standing = (old[1:-2] + 4 * old[2:-1] + old[3:]) / 6
+        if self._is_paused:
+            return np.repeat([self._brakes_to(old)], len(standing), axis=0)
         way = self._coordination.way(standing[0])
         if way is not None:
             return self._guidance.follow(way, standing, self._step)
         return self._guidance.reference(standing, self._neighbours(knot), self._step, now - self._progress_at,
                                         roundabout=self._roundabout)
+
+    def _brakes_to(self, old):
+        """Return where (2,) [m] the robot can come to rest that goes on from ``old``."""
+        velocity = (old[2] - old[0]) / (2 * self._step)
+        return (old[0] + 4 * old[1] + old[2]) / 6 + velocity * np.linalg.norm(velocity) / (2 * self.limits.a_max)
 
     def _neighbours(self, knot):
         """Return what is known of the others at ``knot``."""
@@ -438,12 +533,12 @@ class Robot:
         """Notice that the robot drives, or that its mission is done."""
         if now < self._mission_start or self.is_done and not self._coordination.calls:
             return
-        self.mode = Mode.DRIVING
+        self._mode = Mode.DRIVING
         if (self._is_at_goal(self.plan.end) and now >= self.plan.end_knot * self._step
                 and not self._coordination.calls):
             turn = wrap_angle(self.k_mod.q_final[2] - self.state(now)[2])
             if abs(turn) <= HEADING_TOLERANCE:
-                self.mode = Mode.DONE
+                self._mode = Mode.DONE
 
     def _note_progress(self, now):
         left = self._guidance.length(self.state(now)[:2])
@@ -452,7 +547,10 @@ class Robot:
 
     def _coordinate(self, now):
         """Take part in joint plans; return those to be sent."""
-        if now < self._mission_start - _EARLY:
+        if self._is_paused:
+            # A plan that came before the others knew would count on this robot.
+            self._coordination.leave()
+        if self._is_paused or now < self._mission_start - _EARLY:
             return []
         said = self._coordination.update(now, self.state(now)[:2], self.plan.end, self.k_mod.z_final, self.is_done,
                                          now - self._progress_at, self.protocol.discs())

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from missions import ROOM, SWAP, exchange, mission, robot
 from mobile_planning import (
-    Boundary, GoalOccupied, InvalidInput, NoPath, OccupancyGrid, PolygonObstacle, Robot, RobotMsg, RoundObstacle,
-    StartOccupied, UnicycleKineModel)
+    Boundary, GoalOccupied, GoalOutside, InvalidInput, NoPath, OccupancyGrid, PolygonObstacle, Robot, RobotMsg,
+    RoundObstacle, StartOccupied, StartOutside, UnicycleKineModel)
 from mobile_planning.fleet import qp
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan
 from mobile_planning.fleet.contracts import ROUNDING, room
@@ -65,8 +65,8 @@ def test_a_robot_that_does_not_start_and_end_at_rest_is_refused(speeds):
 
 @pytest.mark.parametrize('start, goal, error', [
     ((5, 3, 0), (9, 3, 0), StartOccupied), ((0.2049, 3, 0), (9, 3, 0), StartOccupied),
-    ((-5, 3, 0), (9, 3, 0), StartOccupied), ((1, 3, 0), (5, 3, 0), GoalOccupied),
-    ((1, 3, 0), (9, 5.9, 0), GoalOccupied), ((1, 3, 0), (9, 99, 0), GoalOccupied)])
+    ((-5, 3, 0), (9, 3, 0), StartOutside), ((1, 3, 0), (5, 3, 0), GoalOccupied),
+    ((1, 3, 0), (9, 5.9, 0), GoalOccupied), ((1, 3, 0), (9, 99, 0), GoalOutside)])
 def test_a_start_or_goal_without_room_for_the_body_is_refused(start, goal, error):
     with pytest.raises(error, match='robot 7'):
         robot(7, start, goal, obstacles=[RoundObstacle((5, 3), 0.5)])
