@@ -20,6 +20,8 @@ from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 RADIUS = 0.2
 #: Places are at least so far apart [m]: both bodies, and 25 mm of margin each.
 _APART = 2 * RADIUS + 0.05
+#: Of a maze: so many rooms in a row, the side of one, its walls and doors [m].
+_ROOMS, _SIDE, _WALL, _DOOR = 3, 2.6, 0.2, 0.65
 
 
 def heritage(name: str, rng: np.random.Generator) -> Scene:
@@ -103,22 +105,64 @@ def intersection(name: str, rng: np.random.Generator, robots: int) -> Scene:
 
 
 def maze(name: str, rng: np.random.Generator, robots: int) -> Scene:
-    """Return 3 x 3 rooms of 2.6 m, joined by doors of 0.65 m that make a tree, and trips from room to room."""
-    rooms, side, door, thickness = 3, 2.6, 0.65, 0.2
+    """Return 3 x 3 rooms joined by doors that make a random tree, and trips from room to room."""
+    tree = _random_tree(rng, _ROOMS)
+    middles = rng.uniform(0.7, _SIDE - 0.7, len(tree))
+    return _from_room_to_room(name, rng, robots, {
+        pair: float(middle) if is_joined else None for (pair, is_joined), middle in zip(tree.items(), middles)})
+
+
+def rooms(name: str, rng: np.random.Generator, robots: int) -> Scene:
+    """Return 3 x 3 rooms joined by the same doors for every seed, a tree, and trips from room to room."""
+    walls = dict.fromkeys(_neighbours(_ROOMS))
+    doors = {((0, 0), (1, 0)): 0.8, ((0, 1), (1, 1)): 1.8, ((0, 2), (1, 2)): 1.3, ((1, 0), (2, 0)): 1.8,
+             ((1, 1), (2, 1)): 0.8, ((1, 0), (1, 1)): 1.3, ((0, 1), (0, 2)): 0.8, ((2, 1), (2, 2)): 1.8}
+    return _from_room_to_room(name, rng, robots, walls | doors)
+
+
+def _from_room_to_room(name, rng, robots, doors):
+    """Return trips through rooms; ``doors`` says where [m] in the wall of each pair of rooms (x, y) its door is."""
     walls = []
-    for (a, b), is_joined in _random_tree(rng, rooms).items():
-        middle = rng.uniform(0.7, side - 0.7)
-        ends = (0.0, middle - door / 2, middle + door / 2, side) if is_joined else (0.0, side)
+    for (a, b), middle in doors.items():
+        ends = (0.0, _SIDE) if middle is None else (0.0, middle - _DOOR / 2, middle + _DOOR / 2, _SIDE)
         for low, high in zip(ends[::2], ends[1::2]):
             if a[1] == b[1]:
-                walls.append(_box(b[0] * side - thickness / 2, a[1] * side + low,
-                                  b[0] * side + thickness / 2, a[1] * side + high))
+                walls.append(_box(b[0] * _SIDE - _WALL / 2, a[1] * _SIDE + low,
+                                  b[0] * _SIDE + _WALL / 2, a[1] * _SIDE + high))
             else:
-                walls.append(_box(a[0] * side + low, b[1] * side - thickness / 2,
-                                  a[0] * side + high, b[1] * side + thickness / 2))
-    environment = Environment(Boundary((0.0, rooms * side), (0.0, rooms * side)), walls)
+                walls.append(_box(a[0] * _SIDE + low, b[1] * _SIDE - _WALL / 2,
+                                  a[0] * _SIDE + high, b[1] * _SIDE + _WALL / 2))
+    environment = Environment(Boundary((0.0, _ROOMS * _SIDE), (0.0, _ROOMS * _SIDE)), walls)
     # With so much room, places in one room are less than 1.85 m apart.
     return _scene(name, environment, *FreePlaces(rng, environment, RADIUS, 0.4).missions(robots, 0.9, 1.85))
+
+
+def pockets(name: str, rng: np.random.Generator, robots: int) -> Scene:
+    """Return two rooms joined by a lane of 6 m x 0.65 m with three dead ends, a trap before each of its mouths.
+
+    A trap is a wall with two arms, open to its room: who goes straight to the lane drives into it. Robots start by
+    turns behind the traps on the left and on the right.
+    """
+    walls = []
+    for side, middles in ((1.0, (-1.8, 1.8)), (-1.0, (0.0,))):
+        left = -3.0
+        for middle in middles:
+            # From pocket to pocket the lane's wall, and the end of the pocket 0.7 m deep.
+            walls += [_beside(left, middle - 0.35, side, 0.325), _beside(middle - 0.35, middle + 0.35, side, 1.025)]
+            left = middle + 0.35
+        walls.append(_beside(left, 3.0, side, 0.325))
+    for side in (-1.0, 1.0):
+        for near, far, low, high in ((3.85, 3.95, -0.6, 0.6), (3.85, 4.35, 0.5, 0.6), (3.85, 4.35, -0.6, -0.5)):
+            walls.append(_box(*sorted((side * near, side * far))[:1], low, max(side * near, side * far), high))
+    environment = Environment(Boundary((-5.4, 5.4), (-2.0, 2.0)), walls)
+    places = FreePlaces(rng, environment, RADIUS, 0.1)
+    beyond = np.outer(_directions(robots), places.points[:, 0])
+    return _scene(name, environment, *places.missions(robots, 0.8, 0.0, beyond <= -4.6, beyond >= 4.6))
+
+
+def _beside(x_min, x_max, side, y):
+    """Return the wall from ``y`` to the room's edge [m], above the lane for a ``side`` of 1, else below."""
+    return _box(x_min, *sorted((side * y, side * 2.0))[:1], x_max, max(side * y, side * 2.0))
 
 
 def warehouse(name: str, rng: np.random.Generator, robots: int, aisle: float) -> Scene:
@@ -189,10 +233,16 @@ def _derangement(rng, count):
             return order
 
 
+def _neighbours(rooms):
+    """Return all pairs of neighbours among ``rooms`` x ``rooms`` rooms (x, y)."""
+    return [((x, y), (x + dx, y + dy)) for x in range(rooms) for y in range(rooms) for dx, dy in ((1, 0), (0, 1))
+            if x + dx < rooms and y + dy < rooms]
+
+
 def _random_tree(rng, rooms):
     """Return for each pair of neighbours among ``rooms`` x ``rooms`` rooms (x, y) whether a random tree joins them."""
-    cells = [(x, y) for x in range(rooms) for y in range(rooms)]
-    pairs = [(a, b) for a in cells for b in ((a[0] + 1, a[1]), (a[0], a[1] + 1)) if b in cells]
+    pairs = _neighbours(rooms)
+    cells = {cell for pair in pairs for cell in pair}
     tree_of, joined = {cell: cell for cell in cells}, {}
     for index in rng.permutation(len(pairs)):
         a, b = pairs[index]

@@ -11,6 +11,8 @@ doorway      a room divided by a wall with one door, which everybody must pass; 
 corridor     two rooms joined by a corridor, which everybody must pass; ``width`` [m]
 intersection two streets that cross, everybody leaves by another arm than the one he came by
 maze         3 x 3 rooms whose doors make a random tree: one way only from each room to each other
+rooms        3 x 3 rooms whose doors make always the same tree
+pockets      two rooms joined by a lane with three dead ends, behind a trap at each mouth
 warehouse    trips between two columns of four shelves; ``aisle`` between them [m]
 depot        trips on the depot's map
 ============ ==========================================================================================
@@ -134,6 +136,8 @@ _FAMILIES = {
     'corridor': _Family(worlds.corridor, {'robots': _Parameter(2, 1, 8), 'width': _Parameter(0.9, 0.6, 3.0)}),
     'intersection': _Family(worlds.intersection, {'robots': _Parameter(4, 1, 16)}),
     'maze': _Family(worlds.maze, {'robots': _Parameter(6, 1, 12)}),
+    'rooms': _Family(worlds.rooms, {'robots': _Parameter(6, 1, 12)}),
+    'pockets': _Family(worlds.pockets, {'robots': _Parameter(4, 1, 8)}),
     'warehouse': _Family(worlds.warehouse, {'robots': _Parameter(6, 1, 32), 'aisle': _Parameter(1.3, 0.8, 3.0)}),
     'depot': _Family(worlds.depot, {'robots': _Parameter(6, 1, MAX_ROBOTS)}),
 }

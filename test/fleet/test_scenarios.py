@@ -19,7 +19,8 @@ CASES = [(name, {}) for name in scenarios.families()] + [
     ('swap', {'robots': 64}), ('swap', {'robots': 8, 'jitter': 0.0}), ('swap', {'robots': 2, 'radius': 1.0}),
     ('line_swap', {'robots': 16}), ('forest', {'robots': 16}), ('doorway', {'robots': 8, 'gap': 0.6}),
     ('corridor', {'robots': 4}), ('corridor', {'robots': 8, 'width': 0.65}), ('intersection', {'robots': 16}),
-    ('maze', {'robots': 10}), ('warehouse', {'robots': 24, 'aisle': 1.0}), ('depot', {'robots': 24})]
+    ('maze', {'robots': 10}), ('rooms', {'robots': 8}), ('pockets', {'robots': 8}),
+    ('warehouse', {'robots': 24, 'aisle': 1.0}), ('depot', {'robots': 24})]
 
 
 def places(scene):
@@ -94,7 +95,7 @@ def test_the_rows_of_a_line_swap_change_places():
     assert sorted(map(tuple, starts)) == sorted(map(tuple, goals)) and (starts[:, 0] * goals[:, 0] < 0).all()
 
 
-@pytest.mark.parametrize('name', ['doorway', 'corridor'])
+@pytest.mark.parametrize('name', ['doorway', 'corridor', 'pockets'])
 def test_everybody_has_to_pass(name):
     starts, goals = places(scenarios.scene(name, 5, robots=8))
     assert (starts[:, 0] * goals[:, 0] < 0).all() and (starts[:, 0] < 0).sum() == 4
@@ -113,9 +114,9 @@ def test_nobody_leaves_a_crossing_by_his_own_arm():
     assert (arm[0] != arm[1]).all() and np.bincount(arm[1].astype(int)).tolist() == [4, 4, 4, 4]
 
 
-@pytest.mark.parametrize('seed', range(10))
-def test_a_maze_has_one_way_only_between_two_rooms(seed):
-    environment = scenarios.scene('maze', seed).environment()
+@pytest.mark.parametrize('name, seed', [*(('maze', seed) for seed in range(10)), ('rooms', 0)])
+def test_a_maze_has_one_way_only_between_two_rooms(name, seed):
+    environment = scenarios.scene(name, seed).environment()
     for closed in environment.obstacles:
         # A tree: nine rooms joined by eight doors, so four of twelve walls have none.
         assert np.ptp(closed.vertices, axis=0).min() == pytest.approx(0.2)
@@ -124,6 +125,13 @@ def test_a_maze_has_one_way_only_between_two_rooms(seed):
     assert ndimage.label(free)[1] == 1
     # Without loops, what is not free hangs together with the outer wall.
     assert ndimage.label(np.pad(~free, 1, constant_values=True), np.ones((3, 3)))[1] == 1
+
+
+def test_the_lane_between_the_traps_has_three_pockets_that_hold_one_robot_each():
+    environment = scenarios.scene('pockets').environment()
+    assert environment.clearance([(-1.8, 0.6), (1.8, 0.6), (0.0, -0.6)]).min() >= 0.3
+    assert environment.clearance([(-1.8, 1.2), (1.8, 1.2), (0.0, -1.2), (0.9, 0.6), (-3.9, 0.0), (3.9, 0.0)]).max() < 0
+    assert environment.clearance([(0.9, 0.0)])[0] == pytest.approx(0.325)
 
 
 # What is refused
