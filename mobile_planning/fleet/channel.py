@@ -60,6 +60,29 @@ class Partition:
 
 
 @dataclass(frozen=True)
+class Burst:
+    """A robot whose radio neither sends nor receives for a while.
+
+    Attributes
+    ----------
+    robot : int
+    since, until : float [s]
+        From the start of the mission.
+    """
+
+    robot: int
+    since: float
+    until: float
+
+    def __post_init__(self):
+        _require_span(self.since, self.until)
+
+    def stops(self, sender: int, receiver: int, now: float) -> bool:
+        """Return whether a message sent at ``now`` [s] is lost to it."""
+        return self.since <= now < self.until and self.robot in (sender, receiver)
+
+
+@dataclass(frozen=True)
 class Channel:
     """How messages fare on their way to one receiver.
 
@@ -73,7 +96,7 @@ class Channel:
         Shortest time on the way.
     duplicates : float
         Share of the messages that arrive that arrive twice, each after a time of its own.
-    interruptions : tuple of Cut or Partition
+    interruptions : tuple of Cut, Partition or Burst
 
     Raises
     ------
@@ -85,7 +108,7 @@ class Channel:
     delay: float = 0.0
     least: float = 0.002
     duplicates: float = 0.0
-    interruptions: tuple[Cut | Partition, ...] = ()
+    interruptions: tuple[Cut | Partition | Burst, ...] = ()
 
     def __post_init__(self):
         for name in ('loss', 'duplicates'):

@@ -8,7 +8,12 @@ from enum import Enum
 import numpy as np
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.fleet.channel import Cut, Partition
+from mobile_planning.fleet.channel import Burst, Cut, Partition
+
+#: Between two bursts of a radio, and how long one lasts [s], on average; they end after so long [s].
+_GOOD, _BAD, _BURSTS_END = 8.0, 1.0, 40.0
+#: The long interruptions of a storm [s].
+_LONG = 16.0
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,7 @@ class Faults:
         Share of the messages that arrive twice.
     radio_range : float [m]
         Between two bodies; messages do not reach farther.
-    interruptions : tuple of Cut or Partition
+    interruptions : tuple of Cut, Partition or Burst
     solve : SolveTime
     is_threaded : bool
         A robot takes in messages while it plans; else they wait until it has committed.
@@ -104,7 +109,7 @@ class Faults:
     skew: float = 0.0
     duplicates: float = 0.0
     radio_range: float = np.inf
-    interruptions: tuple[Cut | Partition, ...] = ()
+    interruptions: tuple[Cut | Partition | Burst, ...] = ()
     solve: SolveTime = SolveTime()
     is_threaded: bool = True
     kills: tuple[Kill, ...] = ()
@@ -119,7 +124,7 @@ class Faults:
         """Raise InvalidInput where a fault befalls a robot that is not there, or not there yet."""
         named = [fault.robot for fault in (*self.kills, *self.joins)]
         for each in self.interruptions:
-            named += each.ids if isinstance(each, Partition) else (each.sender, each.receiver)
+            named += _named_by(each)
         if not set(named) <= set(robot_ids):
             raise InvalidInput(f'there are no robots {sorted(set(named) - set(robot_ids))} for faults to befall')
         since = {join.robot: join.time for join in self.joins}
@@ -133,9 +138,11 @@ class FaultKind(Enum):
 
     NONE = 'none'
     NET = 'net'
+    DEATH = 'death'
     KILL = 'kill'
     RESTART = 'restart'
     JOIN = 'join'
+    STORM = 'storm'
     ALL = 'all'
 
 
@@ -147,9 +154,11 @@ def draw_faults(kind: FaultKind | str, robot_ids: Sequence[int], seed: int, skew
     Parameters
     ----------
     kind : FaultKind
-        ``NET``: two partitions and two one-way cuts. ``KILL``: one robot dies for good, half of the time with a
-        certificate. ``RESTART``: one dies and restarts. ``JOIN``: one is switched on late. ``ALL``: as many of them
-        as there are robots for, each robot being hit by one.
+        ``NET``: two partitions and two one-way cuts. ``DEATH``: one robot dies for good, and a supervisor certifies
+        that. ``KILL``: the same, but half of the time nobody does. ``RESTART``: one dies and restarts. ``JOIN``: one is
+        switched on late. ``STORM``: as ``NET``, and one cut and one partition of 16 s, and bursts of some second in
+        which a radio is silent; one robot restarts and one joins. ``ALL``: as ``STORM``, and one robot dies for good,
+        with a certificate. Each robot dies, restarts or joins but once, as far as there are robots for it.
     robot_ids : sequence of int
     seed : int
     skew : float [s]
@@ -169,15 +178,18 @@ def draw_faults(kind: FaultKind | str, robot_ids: Sequence[int], seed: int, skew
     rng = np.random.default_rng(seed)
     ids = [int(each) for each in rng.permutation(robot_ids)]
     victims, kills, joins, interruptions = iter(ids), [], [], []
-    if kind in (FaultKind.NET, FaultKind.ALL) and len(ids) > 1:
+    storm = FaultKind.STORM, FaultKind.ALL
+    if kind in (FaultKind.NET, *storm) and len(ids) > 1:
         interruptions = _interruptions(rng, ids)
-    if kind in (FaultKind.KILL, FaultKind.ALL):
-        kills += [Kill(robot, rng.uniform(2.0, 8.0), is_certified=kind is FaultKind.ALL or bool(rng.integers(2)))
+    if kind in (FaultKind.DEATH, FaultKind.KILL, FaultKind.ALL):
+        kills += [Kill(robot, rng.uniform(2.0, 8.0), is_certified=kind is not FaultKind.KILL or bool(rng.integers(2)))
                   for robot in _next(victims)]
-    if kind in (FaultKind.RESTART, FaultKind.ALL):
+    if kind in (FaultKind.RESTART, *storm):
         kills += [Kill(robot, rng.uniform(2.0, 8.0), rng.uniform(0.5, 5.0)) for robot in _next(victims)]
-    if kind in (FaultKind.JOIN, FaultKind.ALL):
+    if kind in (FaultKind.JOIN, *storm):
         joins += [Join(robot, rng.uniform(1.0, 8.0)) for robot in _next(victims)]
+    if kind in storm and len(ids) > 1:
+        interruptions += _long_interruptions(rng, ids) + _bursts(rng, ids)
     return Faults(skew, 0.1, interruptions=tuple(interruptions), solve=SolveTime(late_share=0.01),
                   is_threaded=bool(rng.integers(2)), kills=tuple(kills), joins=tuple(joins),
                   any_phase=True)
@@ -188,11 +200,38 @@ def _next(victims):
     return [robot for robot in [next(victims, None)] if robot is not None]
 
 
+def _named_by(interruption):
+    if isinstance(interruption, Partition):
+        return interruption.ids
+    return (interruption.robot,) if isinstance(interruption, Burst) else (interruption.sender, interruption.receiver)
+
+
 def _interruptions(rng, ids):
     found = []
     for _ in range(2):
         since = rng.uniform(0.5, 10.0)
-        found.append(Partition(frozenset(rng.permutation(ids)[:len(ids) // 2].tolist()), since, since + 3.0))
+        found.append(Partition(_half(rng, ids), since, since + 3.0))
         since, (sender, receiver) = rng.uniform(0.5, 10.0), rng.permutation(ids)[:2].tolist()
         found.append(Cut(sender, receiver, since, since + rng.uniform(2.0, 8.0)))
+    return found
+
+
+def _long_interruptions(rng, ids):
+    (sender, receiver), (a, b) = rng.permutation(ids)[:2].tolist(), rng.uniform(0.5, 10.0, 2).tolist()
+    return [Cut(sender, receiver, a, a + _LONG), Partition(_half(rng, ids), b, b + _LONG)]
+
+
+def _half(rng, ids):
+    return frozenset(rng.permutation(ids)[:len(ids) // 2].tolist())
+
+
+def _bursts(rng, ids):
+    """Return the silences of each robot's radio: good and bad times by turns (Gilbert), each of random length."""
+    found = []
+    for robot in ids:
+        since = rng.exponential(_GOOD)
+        while since < _BURSTS_END:
+            until = since + rng.exponential(_BAD)
+            found.append(Burst(robot, since, until))
+            since = until + rng.exponential(_GOOD)
     return found

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from mobile_planning import InvalidInput
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.channel import Channel, Cut, Partition, wire_size
+from mobile_planning.fleet.channel import Burst, Channel, Cut, Partition, wire_size
 from mobile_planning.fleet.message import Link, LinkMode, RobotMsg
 
 
@@ -42,6 +42,13 @@ def test_a_partition_stops_everything_between_its_two_groups():
     passing = {(a, b) for a in range(1, 5) for b in range(1, 5) if a != b and times(channel, 1, a, b, 1.0)[0]}
     assert passing == {(1, 2), (2, 1), (3, 4), (4, 3)}
     assert times(channel, 1, None, 1, 1.0)[0] and times(channel, 1, 1, 3, 5.0)[0]
+
+
+def test_a_burst_silences_one_radio_both_ways():
+    channel = Channel(interruptions=(Burst(2, 3.0, 5.0),))
+    passing = {(a, b) for a in range(1, 4) for b in range(1, 4) if a != b and times(channel, 1, a, b, 3.0)[0]}
+    assert passing == {(1, 3), (3, 1)}
+    assert times(channel, 1, 1, 2, 2.99)[0] and times(channel, 1, 2, 1, 5.0)[0] and times(channel, 1, None, 1, 4.0)[0]
 
 
 def test_what_becomes_of_one_message_does_not_change_the_next_one():

@@ -157,12 +157,19 @@ def test_whatever_goes_wrong_nothing_breaks(kind, seed):
     assert nearest(simulation.solutions, dict.fromkeys(range(1, 5), 0.2)) >= 0
 
 
-@pytest.mark.parametrize('kind', ['net', 'restart', 'join'])
+@pytest.mark.parametrize('kind', ['net', 'restart', 'join', 'storm'])
 def test_robots_arrive_after_cuts_and_after_a_restart_and_when_one_joins_late(kind):
     simulation = crowd(margin=0.01)
     faults = draw_faults(kind, list(simulation.robots), 0, skew=0.005)
     report = simulation.run(0, loss=0.1, delay=0.1, faults=faults)
     assert report.violations == [] and report.arrived == 4, report.table()
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_when_one_robot_has_died_and_that_is_certified_all_others_arrive(seed):
+    simulation = crowd()
+    report = simulation.run(seed, loss=0.1, faults=draw_faults('death', list(simulation.robots), seed))
+    assert report.violations == [] and report.arrived >= 3 and report.dead == 1, report.table()
 
 
 FALLING_SILENT = {
