@@ -40,10 +40,11 @@ def main(args: list[str] | None = None) -> int:
             faults = draw_faults(options.faults, [spec.id for spec in scene.robots], options.seed, options.skew)
         simulation = scene.world_sim(margin=_margin(scene, options.skew))
         report = simulation.run(options.seed, options.loss, options.delay, scene.timeout, faults=faults,
-                                check=not options.no_check)
+                                errands=scene.errands(options.seed), check=not options.no_check)
         print(report.table())
         if options.out:
-            for path in write_outcome(options.out, report, simulation.solutions, scene.bodies(), scene.environment()):
+            for path in write_outcome(options.out, report, simulation.solutions, simulation.bodies,
+                                      simulation.environment):
                 print(f'{"written":<24}{path}')
     except (PlanningError, OSError) as error:
         print(f'simulate: {error}', file=sys.stderr)

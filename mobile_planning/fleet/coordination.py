@@ -96,6 +96,11 @@ class Coordination:
         """Whether a joint plan in force has moves left for this robot, even if it is at its goal."""
         return self._follower is not None and not self._follower.has_finished
 
+    @property
+    def behind(self) -> list[int]:
+        """The members of the plan in force that must go on before this robot may."""
+        return [] if self._follower is None else self._follower.waits_for(self._follower.released)
+
     def way(self, position: ArrayLike) -> NDArray[np.float64] | None:
         """Return way-points (W, 2) [m] from ``position`` to where the plan in force lets the robot go, if any is."""
         return None if self._follower is None else self._follower.way(np.asarray(position, float))

@@ -11,11 +11,14 @@ from collections.abc import Callable, Sequence
 from itertools import count
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mobile_planning.errors import InvalidInput
+from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.channel import Channel, wire_size
+from mobile_planning.fleet.errands import Errands
 from mobile_planning.fleet.faults import Faults, Kill
 from mobile_planning.fleet.invariant import Breach, Invariant, collisions
+from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.message import Death
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.vehicle import Vehicle
@@ -40,16 +43,22 @@ class Episode:
     faults : Faults
     start_time : float [s]
         Of the mission, on the fleet's clock; all times here count from it.
+    errands : Errands or None
+        Asked for a next goal when a robot has arrived.
     is_watched : bool
         The invariant is checked after every event.
 
     Attributes
     ----------
     vehicles : dict of int to Vehicle
+    refused : list of str
+        Goals that a robot could not take, one sentence each.
     breaches : list of Breach
         Of the invariant, and of the truth.
     least_distance : float [m]
         Between two centres, sampled on the fleet's clock.
+    ended : float [s]
+        When the last event was.
     events, messages, message_bytes, deliveries, checks : int
         ``messages`` counts what was said, ``deliveries`` what was heard; ``checks`` pairs looked at.
 
@@ -60,12 +69,14 @@ class Episode:
     """
 
     def __init__(self, robots: Sequence[Robot], seed: int, channel: Channel, faults: Faults, start_time: float,
-                 *, is_watched: bool = True):
+                 *, errands: Errands | None = None, is_watched: bool = True):
         faults.require_known([robot.eyed for robot in robots])
         _require_margins(robots, faults.skew)
         # Each purpose has its own numbers: one more message does not change how long a section takes.
         phases, self._solve_rng, self._channel_rng = np.random.default_rng(seed).spawn(3)
-        self._channel, self._faults = channel, faults
+        self._channel, self._faults, self._errands = channel, faults, errands
+        self._given = {robot.eyed: [robot.goal] for robot in robots}
+        self.refused: list[str] = []
         self._heap: list = []
         self._ticket = count()
         skews = faults.skew * phases.integers(-1, 2, len(robots))
@@ -75,7 +86,8 @@ class Episode:
         self._phases = {robot.eyed: share * robot.Tc for robot, share in zip(robots, shares)}
         self._invariant = Invariant(list(self.vehicles.values())) if is_watched else None
         self.breaches: list[Breach] = []
-        self.least_distance = np.inf
+        self.least_distance, self.ended = np.inf, 0.0
+        self._versions: set[tuple[int, int]] = set()
         self.events = self.messages = self.message_bytes = self.deliveries = 0
 
     @property
@@ -111,7 +123,19 @@ class Episode:
                 break
         self._judge(now)
 
+    @property
+    def goals(self) -> dict[int, tuple[NDArray, ...]]:
+        """All goals (3,) [m, m, rad] that each robot was given or is to be given, by id."""
+        return {eyed: (*given, *(self._errands.left(eyed) if self._errands is not None else ()))
+                for eyed, given in self._given.items()}
+
+    @property
+    def joint_plans(self) -> int:
+        """Joint plans that were told."""
+        return len(self._versions)
+
     def _judge(self, now):
+        self.ended = now
         until = max(now, *(vehicle.rests_from() for vehicle in self.vehicles.values()))
         self.least_distance, hits = collisions(list(self.vehicles.values()), until)
         broken = [] if self._invariant is None else self._invariant.breaches
@@ -181,6 +205,21 @@ class Episode:
         for message in waiting:
             vehicle.robot.receive(message, vehicle.clock(now))
         self._plan_answers(now, vehicle)
+        if self._errands is not None and vehicle.robot.is_done:
+            self._send_on(now, vehicle)
+
+    def _send_on(self, now, vehicle):
+        """Give a robot that has arrived its next goal, if there is one."""
+        taken = [(other.robot.goal[:2] if other.is_alive or not other.has_joined else other.robot.plan.end,
+                  other.robot.limits.radius) for other in self.vehicles.values() if other is not vehicle]
+        goal = self._errands.next_goal(vehicle.eyed, now, taken)
+        if goal is None:
+            return
+        self._given[vehicle.eyed].append(goal)
+        try:
+            vehicle.robot.set_goal(goal, vehicle.clock(now))
+        except PlanningError as error:
+            self.refused.append(f'{error}')
 
     def _hear(self, now, vehicle, message):
         if not vehicle.is_alive:
@@ -207,6 +246,8 @@ class Episode:
         """Send ``messages`` of or about ``vehicle`` to everybody else."""
         for message in messages:
             self.messages += 1
+            if isinstance(message, JointPlan):
+                self._versions.add(message.version)
             self.message_bytes += wire_size(message)
             for other in self.vehicles.values():
                 if other is not vehicle:

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,14 +20,16 @@ _RESOLUTION = 0.1
 def lower_bound(bodies: Sequence[Body], environment: Environment) -> float:
     """Return the time [s] of the robot that has the longest way, from rest to rest at full speed, turns not counted.
 
+    A robot with several goals comes to rest at each.
+
     Examples
     --------
     >>> body = Body(1, 0.2, np.array([1.0, 1.0, 0.0]), np.array([9.0, 1.0, 0.0]), 1.0, 5.0, 2.0)
     >>> lower_bound([body], Environment())
     8.5
     """
-    return max(least_time(way(body.start[:2], body.goal[:2], body.radius, environment), body.v_max, body.a_max)
-               for body in bodies)
+    return max(sum(least_time(way(a[:2], b[:2], body.radius, environment), body.v_max, body.a_max)
+                   for a, b in pairwise((body.start, *body.goals))) for body in bodies)
 
 
 def least_time(length: float, v_max: float, a_max: float) -> float:

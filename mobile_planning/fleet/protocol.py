@@ -234,6 +234,10 @@ class Protocol:
             return False
         return all(side.may_move(now, at_rest, self.terms) for side in self._sides.values())
 
+    def forbidding(self, now: float, at_rest: bool) -> list[int]:
+        """Return the robots whose links forbid at ``now`` [s] to change the plan; see `may_move`."""
+        return [other for other, side in self._sides.items() if not side.may_move(now, at_rest, self.terms)]
+
     def bound(self) -> list[tuple[Contract, bool]]:
         """Return the contracts that every commit must satisfy, and of each whether this robot is its owner."""
         return [(contract, isinstance(side, OwnerSide)) for side in self._sides.values() for contract in side.bound()]

@@ -1,4 +1,4 @@
-"""Body and Report: what a robot is held to, and what a mission came to, for a person and for JSON."""
+"""Body, Waiting, Report: what a robot is held to, and what a mission came to, for a person and for JSON."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -20,6 +20,8 @@ class Body:
     start, goal : (3,) ndarray [m, m, rad]
     v_max, omega_max, a_max : float [m/s, rad/s, m/s^2]
         Of the acceleration as a vector; that of the turn rate is not judged.
+    via : tuple of (3,) ndarray [m, m, rad]
+        Goals to be reached before the last one, ``goal``, in order.
     """
 
     eyed: int
@@ -29,6 +31,59 @@ class Body:
     v_max: float
     omega_max: float
     a_max: float
+    via: tuple[NDArray[np.float64], ...] = ()
+
+    @property
+    def goals(self) -> tuple[NDArray[np.float64], ...]:
+        """All goals in order."""
+        return *self.via, self.goal
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A living robot that had not arrived at the end of a mission.
+
+    Attributes
+    ----------
+    robot : int
+    mode : str
+        What it was doing, in lower case.
+    since : float [s]
+        When it last came nearer to its goal, from the start of the mission on.
+    place : tuple of float [m]
+        Where it was.
+    without_word_of : tuple of int
+        Peers whose word it lacked to set out: no agreement, or no answer for too long.
+    bound_to_dead : tuple of int
+        Dead peers with whom its contracts still hold, for nobody has told it of their death.
+    behind : tuple of int
+        Members of its joint plan that must move first.
+    is_cut_off : bool
+        Whether dead bodies left no way to its goal, or lay on it.
+    """
+
+    robot: int
+    mode: str
+    since: float
+    place: tuple[float, float]
+    without_word_of: tuple[int, ...] = ()
+    bound_to_dead: tuple[int, ...] = ()
+    behind: tuple[int, ...] = ()
+    is_cut_off: bool = False
+
+    def __str__(self) -> str:
+        """Return one sentence for a person."""
+        whys = [f'may not set out without word of {_robots(self.without_word_of)}'] if self.without_word_of else []
+        whys += [f'is bound by contracts with {_robots(self.bound_to_dead)}, dead'] if self.bound_to_dead else []
+        whys += [f'lets {_robots(self.behind)} go first by its joint plan'] if self.behind else []
+        whys += ['is cut off from its goal by the dead'] if self.is_cut_off else []
+        x, y = self.place
+        return (f'robot {self.robot}, {self.mode}, at ({x:.2f}, {y:.2f}), has come no nearer since {self.since:.1f} s'
+                + ''.join(f'; it {why}' for why in whys))
+
+
+def _robots(ids):
+    return f'robot {ids[0]}' if len(ids) == 1 else f'robots {", ".join(map(str, ids))}'
 
 
 @dataclass(frozen=True)
@@ -59,6 +114,14 @@ class Report:
         What was said, each message counted once; None if unknown.
     dead : int
         Robots whose process did not run at the end.
+    waiting : tuple of Waiting
+        The living robots that had not arrived, and what is known of why.
+    joint_plans : int or None
+        That were told; None if unknown.
+    goals, arrivals : int
+        Goals that the robots were given, and that they reached, each after those before it.
+    throughput : float or None [1/min]
+        Arrivals until the last one; None without any.
     """
 
     name: str
@@ -75,6 +138,11 @@ class Report:
     messages: int | None = None
     message_bytes: int | None = None
     dead: int = 0
+    waiting: tuple[Waiting, ...] = ()
+    joint_plans: int | None = None
+    goals: int = 0
+    arrivals: int = 0
+    throughput: float | None = None
 
     @property
     def ratio(self) -> float | None:
@@ -117,5 +185,11 @@ class Report:
         if self.messages is not None:
             size = '' if self.message_bytes is None else f', {self.message_bytes / 1e3:.1f} kB'
             rows.append(('messages', f'{self.messages}{size}'))
+        if self.goals > self.robots:
+            pace = '' if self.throughput is None else f', {self.throughput:.1f} a minute'
+            rows.append(('goals', f'{self.arrivals} of {self.goals} reached{pace}'))
+        if self.joint_plans:
+            rows.append(('joint plans', f'{self.joint_plans}'))
+        rows += [('waiting', f'{each}') for each in self.waiting]
         rows += [('violation', sentence) for sentence in self.violations]
         return '\n'.join(f'{name:<24}{value}' for name, value in rows)

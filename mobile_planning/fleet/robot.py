@@ -265,15 +265,23 @@ class Robot:
         >>> agent.goal.tolist()
         [7.0, 5.0, 1.57]
         """
-        made = self.k_mod
-        model = UnicycleKineModel(made.q_init, q_final, made.u_init, made.u_final, made.u_max, made.acc_max)
-        self._require_room('goal', model.z_final, GoalOutside, GoalOccupied)
-        guidance = self._guidance_to(model.z_final, self.plan.end)
+        model, guidance = self._towards(q_final)
         self.k_mod, self._guidance, self._horizon = model, guidance, self._horizon_to(model.z_final)
         self._coordination.leave()
         self._roundabout, self._least_left, self._progress_at = None, np.inf, now
         if self.is_done:
             self._mode = Mode.STOPPED if self._mission_start == np.inf else Mode.DRIVING
+
+    def require_goal(self, q_final: ArrayLike) -> None:
+        """Raise what `set_goal` would raise for a goal."""
+        self._towards(q_final)
+
+    def _towards(self, q_final):
+        """Return model and guidance that lead to a goal."""
+        made = self.k_mod
+        model = UnicycleKineModel(made.q_init, q_final, made.u_init, made.u_final, made.u_max, made.acc_max)
+        self._require_room('goal', model.z_final, GoalOutside, GoalOccupied)
+        return model, self._guidance_to(model.z_final, self.plan.end)
 
     def pause(self, now: float) -> None:
         """Come to rest from ``now`` [s] on, as soon as its contracts allow, and stay until `resume`.
@@ -383,6 +391,11 @@ class Robot:
     def goal(self) -> NDArray[np.float64]:
         """The pose (3,) [m, m, rad] that the robot drives to."""
         return self.k_mod.q_final.copy()
+
+    @property
+    def behind(self) -> list[int]:
+        """The robots that must go on before this one may, by the joint plan in force."""
+        return self._coordination.behind
 
     @property
     def plan(self) -> Plan:

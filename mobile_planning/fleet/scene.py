@@ -21,15 +21,21 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 # The judge's scipy would cost each robot 45 MB and a quarter of a second: it is imported where it is needed.
 if TYPE_CHECKING:
+    from mobile_planning.fleet.errands import Errands
     from mobile_planning.fleet.verification import Body
     from mobile_planning.fleet.world_sim import WorldSim
 
 MAX_ROBOTS = 256
+#: Room beside a body at a goal that is drawn [m].
+_MARGIN = 0.025
 
 
 @dataclass(frozen=True, eq=False)
 class RobotSpec:
-    """One robot of a scene: its id, mission, size and limits."""
+    """One robot of a scene: its id, mission, size and limits.
+
+    ``via`` are the goals before the last one, ``goal``, in order.
+    """
 
     id: int
     start: tuple[float, float, float]
@@ -37,6 +43,7 @@ class RobotSpec:
     radius: float = 0.2
     u_max: tuple[float, float] = (1.0, 5.0)
     a_max: tuple[float, float] = (2.0, 10.0)
+    via: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self):
         if not isinstance(self.id, int) or isinstance(self.id, bool) or not 0 <= self.id < 2**32:
@@ -44,14 +51,15 @@ class RobotSpec:
         if not is_number(self.radius) or not 0 < self.radius <= 100:
             raise InvalidInput(f'radius is {self.radius!r}, not in 0..100 m')
         for key, size in (('start', 3), ('goal', 3), ('u_max', 2), ('a_max', 2)):
-            value = getattr(self, key)
-            if not isinstance(value, Iterable) or [is_number(entry) for entry in value] != [True] * size:
-                raise InvalidInput(f'{key} must be {size} numbers, not {value!r}')
+            _require_numbers(key, getattr(self, key), size)
+        for goal in self.via:
+            _require_numbers('goal', goal, 3)
+            UnicycleKineModel(self.start, goal)
         self.kine_model()
 
     def kine_model(self) -> UnicycleKineModel:
-        """Return the kinematic model with start, goal and limits."""
-        return UnicycleKineModel(self.start, self.goal, u_max=self.u_max, a_max=self.a_max)
+        """Return the kinematic model with start, first goal and limits."""
+        return UnicycleKineModel(self.start, [*self.via, self.goal][0], u_max=self.u_max, a_max=self.a_max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +79,8 @@ class Scene:
         The robots drive on a map, which ``grid`` holds where it has been read.
     timeout : float [s]
         A mission longer than this has failed.
+    endless : float [s]
+        So long a robot that arrives is given a new goal, drawn from the free places of the world; 0 for never.
     """
 
     name: str
@@ -81,6 +91,7 @@ class Scene:
     map_path: Path | None = None
     on_map: bool = False
     timeout: float = 60.0
+    endless: float = 0.0
 
     def __post_init__(self):
         ids = [robot.id for robot in self.robots]
@@ -90,6 +101,11 @@ class Scene:
             raise InvalidInput('a scene needs a map or a boundary')
         if not 0 < self.timeout <= 86400:
             raise InvalidInput(f'timeout is {self.timeout} s, not in 0..86400')
+        if not 0 <= self.endless < self.timeout:
+            raise InvalidInput(f'endless is {self.endless} s, not in 0..{self.timeout}, the timeout: when it is over '
+                               'all drive to the goals that they have')
+        if self.endless and any(robot.via for robot in self.robots):
+            raise InvalidInput('robots with a list of goals have no endless mission')
 
     def robot(self, robot_id: int, grid: OccupancyGrid | None = None, **options) -> Robot:
         """Return the robot with ``robot_id``; ``grid`` replaces the scene's, ``options`` go to ``Robot``.
@@ -108,8 +124,27 @@ class Scene:
     def world_sim(self, **options) -> WorldSim:
         """Return the mission, ready to run in process; ``options`` go to every ``Robot``."""
         from mobile_planning.fleet.world_sim import WorldSim
-        return WorldSim(self.name, [self.robot(spec.id, **options) for spec in self.robots],
-                        self.obstacles, self.boundary, self.grid)
+        robots = [self.robot(spec.id, **options) for spec in self.robots]
+        for robot, spec in zip(robots, self.robots):
+            for goal in [*spec.via, spec.goal][1:]:
+                robot.require_goal(goal)
+        return WorldSim(self.name, robots, self.obstacles, self.boundary, self.grid)
+
+    def errands(self, seed: int = 0) -> Errands | None:
+        """Return where robots drive next when they have arrived, None for missions with one goal a robot.
+
+        Parameters
+        ----------
+        seed : int
+            Of the goals that are drawn, where the mission is endless.
+        """
+        from mobile_planning.fleet.errands import EndlessErrands, GoalQueues
+        if self.endless:
+            radii = {spec.id: spec.radius + _MARGIN for spec in self.robots}
+            return EndlessErrands(self.environment(), radii, self.endless, seed)
+        if any(spec.via for spec in self.robots):
+            return GoalQueues({spec.id: [*spec.via, spec.goal][1:] for spec in self.robots})
+        return None
 
     def environment(self) -> Environment:
         """Return the static world."""
@@ -119,7 +154,13 @@ class Scene:
         """Return what each robot is held to when its solution is judged."""
         from mobile_planning.fleet.verification import Body
         return [Body(spec.id, spec.radius, np.array(spec.start, float), np.array(spec.goal, float),
-                     *map(float, spec.u_max), float(spec.a_max[0])) for spec in self.robots]
+                     *map(float, spec.u_max), float(spec.a_max[0]), tuple(np.array(goal, float) for goal in spec.via))
+                for spec in self.robots]
+
+
+def _require_numbers(key, value, size):
+    if not isinstance(value, Iterable) or [is_number(entry) for entry in value] != [True] * size:
+        raise InvalidInput(f'{key} must be {size} numbers, not {value!r}')
 
 
 def is_number(value: object) -> bool:

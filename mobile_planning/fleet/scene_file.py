@@ -12,13 +12,15 @@ A file names its robots one by one::
     robots:
       - {id: 1, start: [2.0, 2.0, 0.0], goal: [8.0, 6.0, 0.0], radius: 0.2, u_max: [1.0, 5.0], a_max: [2.0, 10.0]}
 
-or asks a family of ``scenarios`` for world and robots, with the parameters of that family::
+A robot that has ``goals: [[8.0, 6.0, 0.0], [2.0, 6.0, 0.0]]`` instead of a goal drives to one after the other. The file
+may also ask a family of ``scenarios`` for world and robots, with the parameters of that family::
 
     scenario: corridor
     robots: 4
     seed: 3
     width: 0.9
 
+With ``endless: 40`` a robot that arrives within 40 s of the start is given a new goal, drawn by the seed of the run.
 The family ``depot`` draws its missions on the map, boundary and obstacles of the file, where it has any.
 Lengths are in metres, angles in radians, times in seconds.
 """
@@ -37,6 +39,7 @@ from mobile_planning.world.map_io import load_map
 from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 
 _WORLD = {'map', 'boundary', 'obstacles'}
+_MOST_GOALS = 1000
 
 
 def load_scene(path: str | Path, robots: int | None = None) -> Scene:
@@ -71,16 +74,17 @@ def load_scene(path: str | Path, robots: int | None = None) -> Scene:
 def _scene(path, content, robots):
     if not isinstance(content, dict):
         raise InvalidInput('the file must be a mapping')
-    if not is_number(content.get('timeout', 60.0)):
-        raise InvalidInput(f'timeout must be a number, not {content["timeout"]!r}')
+    for key in ('timeout', 'endless'):
+        if not is_number(content.get(key, 0.0)):
+            raise InvalidInput(f'{key} must be a number, not {content[key]!r}')
     scene = _drawn(path, content, robots) if 'scenario' in content else _listed(path, content, robots)
     return replace(scene, name=str(content.get('name', path.stem)),
-                   timeout=float(content.get('timeout', scene.timeout)))
+                   timeout=float(content.get('timeout', scene.timeout)), endless=float(content.get('endless', 0.0)))
 
 
 def _listed(path, content, robots):
     """Return the scene of a file that lists its robots."""
-    _refuse_unknown(content, {'name', 'timeout', 'robots', *_WORLD}, 'a scene that lists its robots')
+    _refuse_unknown(content, {'name', 'timeout', 'endless', 'robots', *_WORLD}, 'a scene that lists its robots')
     if not isinstance(content.get('robots'), list):
         raise InvalidInput(f'robots must be a list, not {content.get("robots")!r}')
     specs = [_robot(entry) for entry in content['robots']]
@@ -94,7 +98,8 @@ def _drawn(path, content, robots):
     """Return the scene of a file that names a family."""
     family, own_world = content['scenario'], _WORLD & set(content)
     known = scenarios.parameters(family)
-    _refuse_unknown(content, {'name', 'timeout', 'scenario', 'seed', *_WORLD, *known}, f'a scene of family {family}')
+    _refuse_unknown(content, {'name', 'timeout', 'endless', 'scenario', 'seed', *_WORLD, *known},
+                    f'a scene of family {family}')
     parameters = {key: value for key, value in content.items() if key in known}
     if robots is not None:
         parameters['robots'] = robots
@@ -139,8 +144,16 @@ def _obstacle(entry):
 
 
 def _robot(entry):
-    _refuse_unknown(entry, set(RobotSpec.__dataclass_fields__), 'a robot')
-    for key in ('id', 'start', 'goal'):
+    _refuse_unknown(entry, {'goals'} | set(RobotSpec.__dataclass_fields__) - {'via'}, 'a robot')
+    if ('goal' in entry) + ('goals' in entry) != 1:
+        raise InvalidInput(f'a robot has a goal or a list of goals: {entry!r}')
+    for key in ('id', 'start'):
         if key not in entry:
             raise InvalidInput(f'a robot lacks its {key}: {entry!r}')
-    return RobotSpec(**entry)
+    fields = dict(entry)
+    goals = fields.pop('goals', None)
+    if goals is not None:
+        if not isinstance(goals, list) or not 1 <= len(goals) <= _MOST_GOALS:
+            raise InvalidInput(f'goals must be a list of 1 to {_MOST_GOALS} poses, not {goals!r}')
+        fields |= {'via': tuple(goals[:-1]), 'goal': goals[-1]}
+    return RobotSpec(**fields)

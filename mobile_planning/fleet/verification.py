@@ -15,6 +15,7 @@ from mobile_planning.fleet.hulls import product, reach, unproved
 from mobile_planning.fleet.report import Body, Report
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.track import SAME_HEADING, TOLERANCE, Track
+from mobile_planning.fleet.visits import visits
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.world.environment import Environment
 from mobile_planning.world.exact_distance import ExactDistance
@@ -39,12 +40,17 @@ def verify(solutions: Mapping[int, Solution], bodies: Sequence[Body], environmen
     alone = (track.faults + _jumps(track) + _broken_limits(track, world) for track in tracks)
     violations = sum([*alone, *(_meetings(a, b) for a, b in combinations(tracks, 2))], [])
     separation, closest, clearance, seen = _sampled(tracks, world)
-    arrivals = [track.rests_from() for track in tracks if plans[track.body.eyed]
+    reached = [visits(track, _ARRIVED, _TURNED) for track in tracks]
+    arrivals = [track.rests_from() for track, times in zip(tracks, reached) if plans[track.body.eyed]
+                and len(times) == len(track.body.goals)
                 and norm(track.points[-1, 3] - track.body.goal[:2]) <= _ARRIVED
                 and abs(wrap_angle(track.theta[-1] - track.body.goal[2])) <= _TURNED]
+    latest = max((times[-1] for times in reached if times), default=0.0)
     times = tuple(seconds for solution in solutions.values() for seconds in solution.section_times)
     return Report(name, not violations + seen and len(arrivals) == len(tracks), len(tracks), len(arrivals), separation,
-                  clearance, max(arrivals, default=0.0), violations + seen, closest, section_times=times)
+                  clearance, max(arrivals, default=0.0), violations + seen, closest, section_times=times,
+                  goals=sum(len(body.goals) for body in bodies), arrivals=sum(map(len, reached)),
+                  throughput=60.0 * sum(map(len, reached)) / latest if latest > 0.0 else None)
 
 
 def _jumps(track):

@@ -9,12 +9,14 @@ import numpy as np
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.channel import Channel
 from mobile_planning.fleet.episode import Episode
+from mobile_planning.fleet.errands import Errands
 from mobile_planning.fleet.faults import Faults
 from mobile_planning.fleet.invariant import Breach
 from mobile_planning.fleet.makespan import lower_bound
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report, verify
+from mobile_planning.fleet.waiting import waiting_at
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -65,12 +67,22 @@ class WorldSim:
         return {eyed: robot.sol for eyed, robot in self.robots.items()}
 
     @property
+    def bodies(self) -> list[Body]:
+        """What each robot is held to: its start, and all goals that it was given or was to be given."""
+        bodies = [body_of(robot) for robot in self.robots.values()]
+        if self.episode is None:
+            return bodies
+        goals = self.episode.goals
+        return [replace(body, goal=goals[body.eyed][-1], via=goals[body.eyed][:-1]) for body in bodies]
+
+    @property
     def breaches(self) -> list[Breach]:
         """What broke in the mission, when and between whom."""
         return [] if self.episode is None else self.episode.breaches
 
     def run(self, seed: int = 0, loss: float = 0.0, delay: float = 0.0, timeout: float = 60.0, *,
-            start_time: float = 0.0, faults: Faults = Faults(), check: bool = True) -> Report:
+            start_time: float = 0.0, faults: Faults = Faults(), errands: Errands | None = None,
+            check: bool = True) -> Report:
         """Drive the mission and return the report on it.
 
         Parameters
@@ -87,6 +99,8 @@ class WorldSim:
             Of the mission, on the fleet's clock.
         faults : Faults
             What else goes wrong.
+        errands : Errands or None
+            Gives each robot that has arrived its next goal; all that were given are in ``bodies``.
         check : bool
             The invariant is checked after every event; what breaks is in ``breaches`` and in the report.
 
@@ -100,21 +114,22 @@ class WorldSim:
         if self.episode is not None:
             raise InvalidInput('a robot drives one mission: make a new simulation for another run')
         channel = Channel(loss, delay, duplicates=faults.duplicates, interruptions=faults.interruptions)
-        self.episode = Episode(list(self.robots.values()), seed, channel, faults, start_time,
+        self.episode = Episode(list(self.robots.values()), seed, channel, faults, start_time, errands=errands,
                                is_watched=check)
         self.episode.run(timeout)
         return self.verify(start_time)
 
     def verify(self, start_time: float) -> Report:
         """Return the report on the solutions as they stand."""
-        bodies = [body_of(robot) for robot in self.robots.values()]
+        bodies = self.bodies
         report = verify(self.solutions, bodies, self.environment, start_time, self.name)
         if self.episode is None:
             return report
-        episode, breaches = self.episode, [str(breach) for breach in self.breaches]
+        episode, breaches = self.episode, [*self.episode.refused, *map(str, self.breaches)]
         return replace(report, valid=report.valid and not breaches, violations=report.violations + breaches,
                        lower_bound=lower_bound(bodies, self.environment), dead=len(episode.dead),
-                       messages=episode.messages, message_bytes=episode.message_bytes)
+                       messages=episode.messages, message_bytes=episode.message_bytes, joint_plans=episode.joint_plans,
+                       waiting=waiting_at(list(episode.vehicles.values()), self.environment, episode.ended))
 
 
 def body_of(robot: Robot) -> Body:

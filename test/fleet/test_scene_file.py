@@ -48,6 +48,31 @@ def test_a_scene_says_all_that_a_mission_needs(tmp_path):
     assert robot.environment.clearance([(3, 3)])[0] == -0.5
 
 
+def test_a_robot_may_have_a_list_of_goals(tmp_path):
+    goals = [[8, 4, 0], [8, 1, 1.5], [1, 1, 0]]
+    scene = load(tmp_path, {**GOOD, 'robots': [{'id': 1, 'start': [1, 1, 0], 'goals': goals}]})
+    assert scene.robot(1).goal.tolist() == goals[0] and [g.tolist() for g in scene.bodies()[0].goals] == goals
+    errands = scene.errands()
+    assert [errands.next_goal(1, 0.0, []).tolist() for _ in range(2)] == goals[1:]
+    assert load(tmp_path, GOOD).errands() is None
+    report = scene.world_sim().run(errands=scene.errands())
+    assert report.valid and report.arrivals == report.goals == 3
+
+
+def test_an_endless_mission_is_asked_for_with_any_scene(tmp_path):
+    for content in (GOOD, {'scenario': 'swap', 'robots': 3}):
+        scene = load(tmp_path, {**content, 'endless': 20, 'timeout': 50})
+        assert scene.endless == 20.0
+        first, again, other = (scene.errands(seed).next_goal(1, 0.0, []).tolist() for seed in (1, 1, 2))
+        assert first == again != other and scene.errands().next_goal(1, 20.0, []) is None
+
+
+def test_a_goal_of_a_list_that_nobody_can_reach_is_refused_before_the_mission(tmp_path):
+    scene = load(tmp_path, {**GOOD, 'robots': [{'id': 1, 'start': [1, 1, 0], 'goals': [[8, 4, 0], [8, 9, 0]]}]})
+    with pytest.raises(PlanningError, match='outside'):
+        scene.world_sim()
+
+
 def test_options_go_to_the_robot(tmp_path):
     robot = load(tmp_path, GOOD).robot(1, margin=0.05, Tc=0.5)
     assert robot.Tc == 0.5 and robot.limits.radius == pytest.approx(0.25)
@@ -137,7 +162,9 @@ def test_random_missions_can_be_asked_for_in_a_world_of_one_s_own(tmp_path):
     ({'scenario': 'depot', 'robots': 3, 'seed': -3}, 'seed'), ({'scenario': 'depot', 'robots': 3, 'seed': 1.5}, 'seed'),
     ({'scenario': 'depot', 'robots': 200}, 'no room for 200'), ({'scenario': ['depot'], 'robots': 2}, 'scenario'),
     ({'scenario': 'swap', 'robots': 2}, 'world of its own: boundary'), ({'seed': 3}, 'seed'), ({'gap': 0.9}, 'gap'),
-    ({'scenario': 'depot', 'robots': 2, 'gap': 0.9}, 'gap')])
+    ({'scenario': 'depot', 'robots': 2, 'gap': 0.9}, 'gap'),
+    ({'endless': 'yes'}, 'endless'), ({'endless': -1}, 'endless'),
+    ({'endless': float('nan')}, 'endless'), ({'endless': 60.0}, 'endless is 60.0 s'), ({'endless': None}, 'endless')])
 def test_a_mistake_in_a_scene_is_refused_by_its_key(tmp_path, changed, word):
     with pytest.raises(InvalidInput, match=word):
         load(tmp_path, {**GOOD, **changed})
@@ -151,10 +178,17 @@ def test_a_mistake_in_a_scene_is_refused_by_its_key(tmp_path, changed, word):
     ({'goal': None}, 'goal'), ({'radius': 0}, 'radius'), ({'radius': 'big'}, 'radius'), ({'radius': True}, 'radius'),
     ({'radius': float('nan')}, 'radius'), ({'u_max': [1]}, 'u_max'), ({'u_max': [0, 1]}, 'u_max'),
     ({'u_max': 'fast'}, 'u_max'), ({'a_max': [1, -1]}, 'a_max'), ({'a_max': [1, float('inf')]}, 'a_max'),
-    ({'colour': 'red'}, 'colour')])
+    ({'colour': 'red'}, 'colour'), ({'goals': [[1, 1, 0]]}, 'a goal or a list of goals'), ({'via': []}, 'via')])
 def test_a_mistake_in_a_robot_is_refused_by_its_key(tmp_path, changed, word):
     with pytest.raises(InvalidInput, match=word):
         load(tmp_path, {**GOOD, 'robots': [{**ONE, **changed}]})
+
+
+@pytest.mark.parametrize('goals', [[], None, 5, 'all', [[1, 1]], [[1, 1, 0], 'there'], [[1, 1, 0]] * 1001,
+                                   [[1, 1, float('nan')], [2, 2, 0]]])
+def test_a_list_of_goals_that_is_none_is_refused(tmp_path, goals):
+    with pytest.raises(InvalidInput, match='goal'):
+        load(tmp_path, {**GOOD, 'robots': [{'id': 1, 'start': [1, 1, 0], 'goals': goals}]})
 
 
 @pytest.mark.parametrize('key', ['id', 'start', 'goal'])

@@ -66,9 +66,10 @@ def test_another_seed_gives_another_mission():
 @pytest.mark.parametrize('path', SCENES, ids=lambda path: path.stem)
 def test_the_scenes_are_valid(path):
     scene = load_scene(path)
-    report = scene.world_sim().run(timeout=scene.timeout)
+    report = scene.world_sim().run(timeout=scene.timeout, errands=scene.errands())
     assert report.valid, report.table()
     assert report.arrived == report.robots == len(scene.robots) and report.mission_time < scene.timeout
+    assert report.arrivals == report.goals >= report.robots
 
 
 @pytest.mark.parametrize('seed', range(6))

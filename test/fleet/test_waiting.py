@@ -1,0 +1,90 @@
+"""Who has not arrived, and why: the report names the robots, whom they wait for, and who is cut off."""
+import json
+import math
+
+import pytest
+from missions import SWAP, mission, robot
+from mobile_planning import PolygonObstacle, RoundObstacle
+from mobile_planning.fleet.channel import Cut
+from mobile_planning.fleet.faults import Faults, Join, Kill
+from mobile_planning.fleet.waiting import is_cut_off
+from mobile_planning.world.environment import Boundary, Environment
+
+#: A door of 0.7 m in a wall through the middle of the room.
+WALL = [PolygonObstacle([(4.9, y), (5.1, y), (5.1, y + 2.65), (4.9, y + 2.65)]) for y in (0.0, 3.35)]
+
+
+def run(faults, robots=2, obstacles=(), timeout=25.0, **options):
+    poses = [*SWAP, ((5, 1, 1.5), (5, 5, 1.5))][:robots]
+    simulation = mission([robot(index + 1, *each, obstacles=obstacles, **options) for index, each in enumerate(poses)],
+                         obstacles)
+    return simulation, simulation.run(timeout=timeout, faults=faults)
+
+
+def test_nobody_waits_when_all_have_arrived():
+    _, report = run(Faults())
+    assert report.valid and report.waiting == () and 'waiting' not in report.table()
+
+
+def test_who_is_bound_to_a_dead_robot_says_so_and_whom():
+    # Robot 2 took what robot 1 had offered, and nobody tells it of the death.
+    _, report = run(Faults(kills=(Kill(1, 0.75),)))
+    (waiting,) = report.waiting
+    assert waiting.robot == 2 and waiting.bound_to_dead == (1,) and waiting.mode == 'driving'
+    assert not waiting.is_cut_off and 1.0 < waiting.since < 12.0
+    for words in ('robot 2, driving', 'contracts with robot 1, dead'):
+        assert words in report.table()
+
+
+def test_who_lacks_the_word_of_others_says_of_whom():
+    _, report = run(Faults(interruptions=(Cut(1, 3, 0.0, 99.0), Cut(2, 3, 0.0, 99.0)),
+                           joins=(Join(3, 0.5),)), robots=3, timeout=15.0)
+    waiting = {each.robot: each for each in report.waiting}
+    assert set(waiting[3].without_word_of) == {1, 2} and waiting[3].since == 0.0
+    assert 'without word of robots 1, 2' in str(waiting[3])
+
+
+def test_who_is_cut_off_by_the_dead_says_so():
+    # Robot 1 dies where it has arrived, in the door, before robot 2 is switched on.
+    simulation = mission([robot(1, (1, 3, 0.0), (5, 3, 0.0), obstacles=WALL), robot(2, *SWAP[1], obstacles=WALL)], WALL)
+    faults = Faults(kills=(Kill(1, 8.0, is_certified=True),), joins=(Join(2, 9.0),))
+    report = simulation.run(timeout=25.0, faults=faults)
+    (waiting,) = report.waiting
+    assert waiting.robot == 2 and waiting.is_cut_off and 'cut off from its goal by the dead' in str(waiting)
+    assert report.violations == []
+
+
+def test_a_paused_robot_is_called_so_and_where():
+    robots = [robot(1, *SWAP[0])]
+    simulation = mission(robots)
+    robots[0].pause(0.0)
+    report = simulation.run(timeout=3.0)
+    (waiting,) = report.waiting
+    assert waiting.mode == 'paused' and waiting.place == pytest.approx((1.0, 3.0)) and waiting.since == 0.0
+
+
+def test_the_report_with_those_who_wait_is_json():
+    _, report = run(Faults(kills=(Kill(1, 0.75),)))
+    said = json.loads(json.dumps(report.as_dict(), allow_nan=False))
+    assert said['waiting'][0]['robot'] == 2 and said['waiting'][0]['bound_to_dead'] == [1]
+
+
+LANE = Environment(Boundary((0, 8), (0, 0.6)))
+ROOM = Environment(Boundary((0, 8), (0, 4)))
+
+
+@pytest.mark.parametrize('world, place, goal, dead, expected', [
+    (LANE, (1, 0.3), (7, 0.3), [], False), (LANE, (1, 0.3), (7, 0.3), [(4, 0.3)], True),
+    (LANE, (1, 0.3), (3, 0.3), [(4, 0.3)], False), (LANE, (1, 0.3), (3.7, 0.3), [(4, 0.3)], True),
+    (ROOM, (1, 2), (7, 2), [(4, 2)], False),
+    (ROOM, (1, 2), (7, 2), [(4, y) for y in (0.3, 1.0, 1.7, 2.4, 3.1, 3.8)], True),
+    (ROOM, (1, 2), (7, 2), [(4, y) for y in (0.3, 1.2, 1.7, 2.4, 3.1, 3.8)], False)])
+def test_the_dead_cut_off_who_cannot_pass_them(world, place, goal, dead, expected):
+    assert is_cut_off(place, goal, 0.2, [(each, 0.2) for each in dead], world) == expected
+
+
+def test_dead_bodies_add_to_the_obstacles_there_are():
+    world = Environment(Boundary((0, 8), (0, 4)), [RoundObstacle((4, 1.0), 1.0)])
+    assert is_cut_off((1, 2), (7, 2), 0.2, [((4, 2.5), 0.3), ((4, 3.4), 0.3)], world)
+    assert not is_cut_off((1, 2), (7, 2), 0.2, [((4, 2.5), 0.3)], world)
+    assert math.isclose(world.clearance([(4, 4)])[0], 0.0)
