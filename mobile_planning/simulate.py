@@ -1,6 +1,6 @@
 """Run a scene in process, in logical time, without ROS.
 
-``simulate config/fleets/crossing.yaml --out out/crossing``
+``simulate config/fleets/crossing.yaml --out out/crossing --film out/crossing.gif``
 """
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sys
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.faults import FaultKind, Faults, draw_faults
 from mobile_planning.fleet.scene_file import load_scene
-from mobile_planning.outcome import write_outcome
+from mobile_planning.outcome import check_film, film_mission, write_outcome
 
 
 def main(args: list[str] | None = None) -> int:
@@ -27,6 +27,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--any-phase', action='store_true', help='cycles start at any time, not when it suits a robot')
     parser.add_argument('--no-check', action='store_true', help='do not check the invariant after every event')
     parser.add_argument('--out', help='folder for report.json and mission.png')
+    parser.add_argument('--film', help='file for a film of the mission, .gif or .mp4')
     parser.add_argument('--list', action='store_true', help='print the map and the robot ids of the scene, and end')
     options = parser.parse_args(args)
     try:
@@ -35,6 +36,8 @@ def main(args: list[str] | None = None) -> int:
             print(f'map {scene.map_path.resolve() if scene.map_path else ""}')
             print('robots', *(spec.id for spec in scene.robots))
             return 0
+        if options.film:
+            check_film(options.film)
         faults = Faults(options.skew, any_phase=options.any_phase)
         if options.faults != 'none':
             faults = draw_faults(options.faults, [spec.id for spec in scene.robots], options.seed, options.skew)
@@ -46,6 +49,9 @@ def main(args: list[str] | None = None) -> int:
             for path in write_outcome(options.out, report, simulation.solutions, simulation.bodies,
                                       simulation.environment):
                 print(f'{"written":<24}{path}')
+        if options.film:
+            film_mission(report, simulation.solutions, simulation.bodies, simulation.environment, options.film)
+            print(f'{"written":<24}{options.film}')
     except (PlanningError, OSError) as error:
         print(f'simulate: {error}', file=sys.stderr)
         return 2

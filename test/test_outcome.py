@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mobile_planning import Boundary, Environment, OccupancyGrid, PolygonObstacle, RoundObstacle, verify
+from mobile_planning import (
+    Boundary, Environment, InvalidInput, OccupancyGrid, PolygonObstacle, RoundObstacle, verify)
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body
-from mobile_planning.outcome import write_outcome
+from mobile_planning.outcome import film_mission, write_outcome
 
 FIELDS = {'valid': bool, 'robots': int, 'arrived': int, 'min_separation': float, 'min_obstacle_clearance': float,
           'mission_time': float, 'violations': list}
@@ -92,3 +93,31 @@ def test_a_folder_that_cannot_be_made_is_an_error_of_the_system(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(OSError):
         leave(tmp_path / 'file' / 'out', {1: drive(2.0)})
+
+
+# Films
+
+
+def film(path, plans):
+    bodies = [body(eyed, plan) for eyed, plan in plans.items()]
+    solutions = {eyed: Solution(eyed, (plan,), True) for eyed, plan in plans.items()}
+    film_mission(verify(solutions, bodies, ROOM), solutions, bodies, ROOM, path)
+    return Image.open(path)
+
+
+def test_a_film_shows_the_robots_on_their_ways(tmp_path):
+    made = film(tmp_path / 'new' / 'mission.gif', {1: drive(2.0), 2: drive(4.0)})
+    frames = []
+    for index in (0, made.n_frames // 2, made.n_frames - 1):
+        made.seek(index)
+        frames.append(np.asarray(made.convert('RGB'), int))
+    assert made.n_frames > 50 and is_drawn(made.convert('RGB'))
+    # Robot 1 is the only thing that blue and that high: it comes from the left and goes to the right.
+    columns = [np.flatnonzero((abs(frame - (0, 0x72, 0xB2)).sum(axis=2) < 60).sum(axis=0) > 6) for frame in frames]
+    assert columns[0].max() + 30 < columns[1].min() and columns[1].max() + 30 < columns[2].min()
+
+
+@pytest.mark.parametrize('name', ['mission.avi', 'mission', 'gif'])
+def test_a_film_of_another_kind_is_refused(tmp_path, name):
+    with pytest.raises(InvalidInput, match='gif'):
+        film(tmp_path / name, {1: drive(2.0)})

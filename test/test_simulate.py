@@ -40,6 +40,20 @@ def test_faults_clocks_and_cycles_are_options(options, capsys):
     assert '2 of 2 robots' in capsys.readouterr().out
 
 
+def test_a_film_is_an_option_and_an_impossible_one_is_refused_at_once(tmp_path, capsys):
+    assert main([HEAD_ON, '--film', str(tmp_path / 'mission.gif')]) == 0
+    assert (tmp_path / 'mission.gif').stat().st_size > 5000
+    assert str(tmp_path / 'mission.gif') in capsys.readouterr().out
+    assert main([HEAD_ON, '--film', str(tmp_path / 'mission.avi')]) == 2
+    printed = capsys.readouterr()
+    assert '.gif' in printed.err and printed.out == ''
+
+
+def test_a_scene_with_lists_of_goals_is_driven_to_the_last_of_them(capsys):
+    assert main([str(FLEETS / 'rounds.yaml'), '--no-check']) == 0
+    assert '8 of 8 reached' in capsys.readouterr().out
+
+
 def test_a_robot_that_dies_leaves_a_mission_that_is_not_valid(capsys):
     assert main([HEAD_ON, '--faults', 'kill']) == 1
     assert 'violation' not in capsys.readouterr().out

@@ -1,7 +1,7 @@
 """Draw a mission: the map, what each robot drove, and where two came closest."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -36,6 +36,46 @@ def draw_robot(axes: Axes, label: str, colour: str, radius: float, track: ArrayL
     axes.plot(goal[0], goal[1], marker='*', markersize=13, color=colour, markeredgecolor='black', zorder=6,
               linestyle='none')
     axes.add_patch(Circle(goal[:2], radius, fill=False, edgecolor=colour, linestyle=':', zorder=5))
+
+
+def draw_via(axes: Axes, colour: str, places: ArrayLike) -> None:
+    """Draw the goals (N, 2) [m] before the last one as small stars."""
+    places = np.asarray(places, float).reshape(-1, 2)
+    axes.plot(places[:, 0], places[:, 1], marker='*', markersize=8, color=colour, markeredgecolor='black', zorder=6,
+              linestyle='none')
+
+
+def draw_moving(axes: Axes, colours: Sequence[str], radii: Sequence[float], tracks: ArrayLike,
+                goals: Sequence[ArrayLike]) -> Callable[[int], None]:
+    """Draw bodies that can be moved, and their goals; return what moves all to the k-th pose of their tracks.
+
+    Parameters
+    ----------
+    axes : Axes
+    colours : sequence of str
+        Taken in turn.
+    radii : sequence of float [m]
+    tracks : (R, N, 3) array_like [m, m, rad]
+        Poses; what has been driven is drawn as well.
+    goals : sequence of (3,) array_like [m, m, rad]
+    """
+    parts, tracks = [], np.asarray(tracks, float)
+    for index, (radius, goal) in enumerate(zip(radii, goals)):
+        colour = colours[index % len(colours)]
+        axes.plot(goal[0], goal[1], marker='*', markersize=7, color=colour, markeredgecolor='black',
+                  markeredgewidth=0.5, zorder=4, linestyle='none')
+        disc = axes.add_patch(Circle((0.0, 0.0), radius, facecolor=colour, edgecolor='black', linewidth=0.6, zorder=5))
+        (nose,), (trail,) = (axes.plot([], [], color=shade, linewidth=width, zorder=zorder)
+                             for shade, width, zorder in (('white', 1.2, 6), (colour, 0.8, 3)))
+        parts.append((disc, nose, trail, radius))
+
+    def show(index):
+        for (disc, nose, trail, radius), track in zip(parts, tracks):
+            x, y, theta = track[index]
+            disc.center = x, y
+            nose.set_data([x, x + radius * np.cos(theta)], [y, y + radius * np.sin(theta)])
+            trail.set_data(track[:index + 1, 0], track[:index + 1, 1])
+    return show
 
 
 def draw_closest(axes: Axes, places: ArrayLike, distance: float, time: float, radii: Sequence[float]) -> None:
