@@ -11,11 +11,12 @@ from mobile_planning.fleet.scene import MAX_ROBOTS
 
 
 class State(IntEnum):
-    """How far a mission is."""
+    """How far a mission is. PAUSED: all come to rest and wait, until it is STARTED once more."""
 
     WAITING = 0
     STARTED = 1
     STOPPED = 2
+    PAUSED = 3
 
 
 @dataclass(frozen=True)

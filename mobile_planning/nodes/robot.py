@@ -18,7 +18,16 @@ from rclpy.node import Node
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.message import Contracts, RobotMsg
-from mobile_planning.nodes import convert, fleet_convert, qos
+from mobile_planning.nodes import (
+    convert,
+    convert_contracts,
+    convert_joint_plan,
+    convert_mission,
+    convert_robot,
+    convert_views,
+    qos,
+    wire,
+)
 from mobile_planning.nodes.diagnostics import Diagnostics, Level
 from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.parameters import Parameters
@@ -45,10 +54,11 @@ class RobotNode(Node):
         guarded, to_miss_nobody = self._guard.callback, qos.robot_messages(4 * _MOST_ROBOTS)
         self._outlets = {}
         for kind, message_type, topic, to_message, to_core in (
-                (RobotMsg, RobotMessage, '/robot_msgs', fleet_convert.robot_message, fleet_convert.robot_msg),
-                (Contracts, ContractsMessage, '/contracts', fleet_convert.contracts_message, fleet_convert.contracts),
-                (JointPlan, JointPlanMessage, '/joint_plans', fleet_convert.joint_plan_message,
-                 fleet_convert.joint_plan)):
+                (RobotMsg, RobotMessage, '/robot_msgs', convert_robot.robot_message, convert_robot.robot_msg),
+                (Contracts, ContractsMessage, '/contracts', convert_contracts.contracts_message,
+                 convert_contracts.contracts),
+                (JointPlan, JointPlanMessage, '/joint_plans', convert_joint_plan.joint_plan_message,
+                 convert_joint_plan.joint_plan)):
             self._outlets[kind] = self.create_publisher(message_type, topic, qos.robot_messages()), to_message
             self.create_subscription(message_type, topic, guarded(partial(self._receive, to_core)), to_miss_nobody)
         self._solutions = self.create_publisher(SolutionMessage, '/solutions', qos.SOLUTION_WRITER)
@@ -73,7 +83,7 @@ class RobotNode(Node):
         self.get_logger().info(f'map of {message.info.width} x {message.info.height} cells received')
 
     def _on_mission(self, message):
-        announcement = fleet_convert.announcement(message)
+        announcement = convert_mission.announcement(message)
         self._agent.follow(announcement)
         self.get_logger().info(f'mission {announcement.name[:80]}: {announcement.state.name.lower()}')
         self._report()
@@ -109,13 +119,13 @@ class RobotNode(Node):
         if key != self._shown:
             self._shown = key
             poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
-            self._plans.publish(convert.path_message(poses, self._frame, fleet_convert.stamp(now)))
+            self._plans.publish(convert.path_message(poses, self._frame, wire.stamp(now)))
 
     def _report(self):
         """Publish what was driven, once that is all."""
         if not self._agent.is_finished or self._has_reported:
             return
-        self._solutions.publish(fleet_convert.solution_message(
+        self._solutions.publish(convert_mission.solution_message(
             self._agent.robot.sol, self._agent.epoch, self._now(), self._frame))
         self._has_reported = True
         self.get_logger().info('at the goal' if self._agent.robot.is_done else 'stopped on the way')
@@ -123,7 +133,7 @@ class RobotNode(Node):
     def _on_odometry(self):
         if self._agent.robot is not None:
             now = self._now()
-            self._odometry.publish(fleet_convert.odometry(
+            self._odometry.publish(convert_views.odometry(
                 self._agent.robot.state(now), now, self._frame, f'{self.get_name()}/base_link'))
 
     def _diagnosis(self):

@@ -22,7 +22,7 @@ from mobile_planning.fleet.mission import Mission
 from mobile_planning.fleet.scene import MAX_ROBOTS
 from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.world_sim import require_apart
-from mobile_planning.nodes import fleet_convert, qos
+from mobile_planning.nodes import convert_mission, convert_robot, convert_views, qos
 from mobile_planning.nodes.diagnostics import Diagnostics, Level
 from mobile_planning.nodes.guard import Guard, tell_sentence
 from mobile_planning.nodes.parameters import Parameters, option
@@ -85,14 +85,14 @@ class WorldSimNode(Node):
         news = self._mission.announcement
         if news != self._announced:
             self._announced = news
-            self._missions.publish(fleet_convert.mission_message(news, self._now()))
+            self._missions.publish(convert_mission.mission_message(news, self._now()))
             self.get_logger().info(f'mission {news.name} with robots {list(news.robot_ids)}: {news.state.name.lower()}')
 
     def _on_robot_message(self, message):
-        self._mission.hear(fleet_convert.robot_msg(message, self._options.frame_id), monotonic())
+        self._mission.hear(convert_robot.robot_msg(message, self._options.frame_id), monotonic())
 
     def _on_solution(self, message):
-        self._mission.collect(fleet_convert.solution(message, self._options.frame_id), message.boot_epoch)
+        self._mission.collect(convert_mission.solution(message, self._options.frame_id), message.boot_epoch)
 
     def _on_start(self, _request, response):
         self._mission.start(monotonic())
@@ -117,7 +117,7 @@ class WorldSimNode(Node):
         try:
             self.get_logger().info(f'mission {self._mission.name} ended: {self._mission.why}')
             report = self._mission.report(bodies, environment)
-            self._reports.publish(fleet_convert.report_message(report, self._now()))
+            self._reports.publish(convert_mission.report_message(report, self._now()))
             for publisher in self._missions, self._reports:
                 publisher.wait_for_all_acked(_FAREWELL)
             print(report.table(), flush=True)
@@ -132,7 +132,7 @@ class WorldSimNode(Node):
         raise SystemExit(code)
 
     def _on_markers(self):
-        self._markers.publish(fleet_convert.fleet_markers(
+        self._markers.publish(convert_views.fleet_markers(
             self._scene.bodies(), self._mission.heard, COLOURS, self._now(), self._options.frame_id))
 
     def _diagnosis(self):

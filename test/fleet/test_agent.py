@@ -14,7 +14,7 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 FREE = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1)
 WALL = OccupancyGrid(np.full((40, 40), 100, np.int8), 0.1)
-WAITING, STARTED, STOPPED = (Announcement('m', state, (1, 2), 1.0) for state in State)
+WAITING, STARTED, STOPPED, PAUSED = (Announcement('m', state, (1, 2), 1.0) for state in State)
 
 
 def scene(on_map=True):

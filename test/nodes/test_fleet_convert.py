@@ -7,22 +7,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mobile_planning_msgs.msg import Contracts as ContractsMessage
 from mobile_planning_msgs.msg import JointPlan as JointPlanMessage
-from mobile_planning_msgs.msg import Mission, MissionReport
+from mobile_planning_msgs.msg import Mission, MissionReport, ObstacleArray
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import Solution as SolutionMessage
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mobile_planning.errors import InvalidInput, UnknownFrame
+from mobile_planning.errors import InvalidInput, LimitExceeded, UnknownFrame
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import MAX_SPANS, Contract
 from mobile_planning.fleet.joint_message import JointPlan, JointStatus
-from mobile_planning.fleet.message import MAX_LINKS, Contracts, Link, LinkMode, Mode, Offer, RobotMsg
+from mobile_planning.fleet.message import MAX_LINKS, Contracts, Death, Link, LinkMode, Mode, Offer, RobotMsg
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report
-from mobile_planning.nodes import fleet_convert
+from mobile_planning.nodes import (
+    convert_contracts,
+    convert_joint_plan,
+    convert_mission,
+    convert_robot,
+    convert_views,
+    wire,
+)
+from mobile_planning.nodes.convert_robot import Postscript
+from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 
 uint32 = st.integers(0, 2**32 - 1)
 places = st.floats(-1e6, 1e6, width=32)
@@ -84,7 +93,7 @@ def same_plan(one, other):
 
 @given(robot_msgs())
 def test_what_a_robot_says_arrives_as_it_was(message):
-    received = fleet_convert.robot_msg(sent(fleet_convert.robot_message(message, 12.5, 'map')), 'map')
+    received = convert_robot.robot_msg(sent(convert_robot.robot_message(message, 12.5, 'map')), 'map')
     fields, others = vars(message), vars(received)
     assert same_plan(message.plan, received.plan)
     for name in ('dp', 'robot_id', 'boot_epoch', 'sequence', 'mode', 'plan_seq', 'radius', 'v_max', 'omega_max',
@@ -94,11 +103,70 @@ def test_what_a_robot_says_arrives_as_it_was(message):
         assert np.array_equal(fields[name], others[name])
 
 
+@given(links, st.data())
+def test_a_postscript_arrives_as_it_was(entries, data):
+    plan = Plan(0, 1, [[1, 2]] * 4, 1, 2)
+    lags = {peer: data.draw(st.floats(-10, 10)) for peer in entries if data.draw(st.booleans())}
+    message = convert_robot.robot_message(RobotMsg(False, [1], [2], [3, 4], plan=plan, links=entries), 7, 'map',
+                                          Postscript(1.8e9, 3, lags))
+    received = convert_robot.postscript(sent(message))
+    assert (received.mission_start, received.goals_reached, set(received.lags)) == (1.8e9, 3, set(entries))
+    assert {peer: lag for peer, lag in received.lags.items() if not np.isnan(lag)} == lags
+    message.lag.append(0.0)
+    with pytest.raises(InvalidInput, match='lags'):
+        convert_robot.postscript(message)
+
+
+coordinates = st.floats(-1e3, 1e3)
+
+
+@given(st.lists(st.builds(RoundObstacle, st.tuples(coordinates, coordinates), st.floats(0, 9)), max_size=4),
+       st.integers(0, 3))
+def test_obstacles_arrive_as_they_were(discs, count):
+    polygons = [PolygonObstacle([(k, 0), (k + 0.5, 0), (k + 0.5, 1 + k), (k, 1)][:3 + k % 2]) for k in range(count)]
+    received = convert_mission.obstacles(sent(convert_mission.obstacles_message(discs + polygons, 1, 'map')), 'map')
+    assert list(map(repr, received)) == list(map(repr, discs + polygons))
+
+
+@pytest.mark.parametrize('fields, error', [
+    ({'discs': [1.0]}, InvalidInput), ({'discs': [0.0, 0.0, -1.0]}, InvalidInput),
+    ({'discs': [0.0, float('nan'), 1.0]}, InvalidInput), ({'corners': [3]}, InvalidInput),
+    ({'corners': [2], 'polygons': [0.0, 0.0, 1.0, 1.0]}, InvalidInput), ({'corners': [0]}, InvalidInput),
+    ({'polygons': [0.0, 0.0]}, InvalidInput), ({'discs': [0.0] * 3 * 1001}, LimitExceeded)])
+def test_obstacles_that_make_no_sense_are_refused(fields, error):
+    message = ObstacleArray(**fields)
+    message.header.frame_id = 'map'
+    with pytest.raises(error):
+        convert_mission.obstacles(message, 'map')
+
+
+@given(st.lists(st.builds(Death, uint32, uint32, st.tuples(coordinates, coordinates), st.floats(0, 2**31 - 2),
+                          st.floats(0.01, 9)), max_size=4))
+def test_certificates_of_death_arrive_as_they_were(certificates):
+    received = convert_mission.deaths(sent(convert_mission.deaths_message(certificates, 1, 'map')), 'map')
+    assert len(received) == len(certificates)
+    for one, other in zip(certificates, received):
+        assert (one.robot_id, one.boot_epoch, one.radius) == (other.robot_id, other.boot_epoch, other.radius)
+        assert np.array_equal(one.place, other.place) and other.issued == pytest.approx(one.issued, abs=1e-6)
+
+
+@pytest.mark.parametrize('fields', [
+    {'robot_id': [1, 2]}, {'place': [1.0, float('nan')]}, {'radius': [0.0]}, {'boot_epoch': []}, {'issued': []},
+    {'place': [1.0]}])
+def test_certificates_of_death_that_make_no_sense_are_refused(fields):
+    message = convert_mission.deaths_message([Death(1, 2, (3, 4), 5.0, 0.2)], 1, 'map')
+    convert_mission.deaths(message, 'map')
+    for field, value in fields.items():
+        setattr(message, field, value)
+    with pytest.raises(InvalidInput):
+        convert_mission.deaths(message, 'map')
+
+
 @settings(max_examples=50)
 @given(uint32, uint32, uint32, st.lists(offers(), max_size=4), links)
 def test_offers_and_answers_arrive_as_they_were(robot_id, epoch, sequence, offered, answers):
     message = Contracts(robot_id, epoch, sequence, tuple(offered), answers)
-    received = fleet_convert.contracts(sent(fleet_convert.contracts_message(message, 12.5, 'map')), 'map')
+    received = convert_contracts.contracts(sent(convert_contracts.contracts_message(message, 12.5, 'map')), 'map')
     assert (received.robot_id, received.boot_epoch, received.sequence) == (robot_id, epoch, sequence)
     assert received.answers == answers and len(received.offers) == len(offered)
     for one, other in zip(offered, received.offers):
@@ -124,7 +192,7 @@ def joint_plans(draw):
 
 @given(joint_plans())
 def test_a_joint_plan_arrives_as_it_was(plan):
-    received = fleet_convert.joint_plan(sent(fleet_convert.joint_plan_message(plan, 12.5, 'map')), 'map')
+    received = convert_joint_plan.joint_plan(sent(convert_joint_plan.joint_plan_message(plan, 12.5, 'map')), 'map')
     for name in 'robot_id', 'boot_epoch', 'sequence', 'epoch', 'proposer', 'members', 'needs':
         assert getattr(received, name) == getattr(plan, name)
     assert all(map(np.array_equal, received.ways, plan.ways)) and len(received.ways) == len(plan.ways)
@@ -134,8 +202,8 @@ def test_a_joint_plan_arrives_as_it_was(plan):
        st.lists(st.floats(0, 10)), st.lists(st.floats(-10, 1e9)))
 def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times, commits):
     solution = Solution(robot_id, tuple(driven), done, tuple(times), commits=tuple(commits))
-    message = sent(fleet_convert.solution_message(solution, epoch, 1.0, 'hall'))
-    received = fleet_convert.solution(message, 'hall')
+    message = sent(convert_mission.solution_message(solution, epoch, 1.0, 'hall'))
+    received = convert_mission.solution(message, 'hall')
     assert message.boot_epoch == epoch and (received.eyed, received.done) == (robot_id, done)
     assert received.section_times == tuple(times) and received.commits == tuple(commits)
     assert len(received.plans) == len(driven)
@@ -146,14 +214,14 @@ def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times, comm
        st.lists(uint32, min_size=1, max_size=256, unique=True), st.floats(0, 2**31 - 2))
 def test_an_announcement_arrives_as_it_was(name, state, robot_ids, start):
     announcement = Announcement(name, state, tuple(robot_ids), start)
-    received = fleet_convert.announcement(sent(fleet_convert.mission_message(announcement, 3)))
+    received = convert_mission.announcement(sent(convert_mission.mission_message(announcement, 3)))
     assert (received.name, received.state, received.robot_ids) == (name, state, tuple(robot_ids))
     assert received.start == pytest.approx(start, abs=1e-6)
 
 
 @given(st.floats(0, 2**31 - 2))
 def test_a_time_is_a_valid_stamp_within_its_rounding(time):
-    stamp = fleet_convert.stamp(time)
+    stamp = wire.stamp(time)
     assert 0 <= stamp.nanosec < 10**9
     assert abs(stamp.sec + stamp.nanosec * 1e-9 - time) <= 1e-9 + np.spacing(time)
 
@@ -161,17 +229,18 @@ def test_a_time_is_a_valid_stamp_within_its_rounding(time):
 def test_whole_numbers_arrive_as_the_same_numbers():
     plan = Plan(0, 1, [[1, 2]] * 4, 1, 2)
     message = RobotMsg(False, [1], [2], [3, 4], plan=plan, radius=1, v_max=2, omega_max=3, a_max=4, goal=[5, 6])
-    received = sent(fleet_convert.robot_message(message, 7, 'map'))
+    received = sent(convert_robot.robot_message(message, 7, 'map', Postscript(8, 9)))
     assert [received.radius, received.v_max, received.omega_max, received.a_max, received.step] == [1, 2, 3, 4, 1]
     assert list(received.control_points) == [1, 2] * 4 and list(received.goal) == [5, 6]
     assert received.header.stamp.sec == 7 and received.heading == 1
-    odometry = sent(fleet_convert.odometry(np.array([1, 2, 0, 3, 4]), 5, 'map', 'base'))
+    assert (received.mission_start.sec, received.goals_reached) == (8, 9)
+    odometry = sent(convert_views.odometry(np.array([1, 2, 0, 3, 4]), 5, 'map', 'base'))
     assert (odometry.pose.pose.position.x, odometry.twist.twist.linear.x, odometry.twist.twist.angular.z) == (1, 3, 4)
-    report = sent(fleet_convert.report_message(Report('m', True, 2, 2, np.inf, 1, 9), 4))
+    report = sent(convert_mission.report_message(Report('m', True, 2, 2, np.inf, 1, 9), 4))
     assert isinstance(report, MissionReport) and report.min_separation == np.inf and report.mission_time == 9
     assert np.isnan(report.lower_bound) and (report.messages, report.dead, len(report.section_times)) == (0, 0, 0)
-    report = sent(fleet_convert.report_message(Report('m', True, 2, 2, 1, 1, 9, lower_bound=6, section_times=(1, 2),
-                                                      messages=7, message_bytes=8, dead=1), 4))
+    report = sent(convert_mission.report_message(Report('m', True, 2, 2, 1, 1, 9, lower_bound=6, section_times=(1, 2),
+                                                        messages=7, message_bytes=8, dead=1), 4))
     assert (report.lower_bound, report.messages, report.message_bytes, report.dead) == (6, 7, 8, 1)
     assert list(report.section_times) == [1, 2]
 
@@ -179,16 +248,17 @@ def test_whole_numbers_arrive_as_the_same_numbers():
 def good_robot_message():
     """Return a message with two links."""
     plan = Plan(4, 0.25, [[1.0, 2.0]] * 5)
-    return fleet_convert.robot_message(RobotMsg(
-        False, [1.0, 1.0], [2.0, 2.0], [1.0, 2.0], robot_id=1, plan=plan,
-        links={2: Link(5, LinkMode.CON, 7), 3: Link()}), 1.0, 'map')
+    links = {2: Link(5, LinkMode.CON, 7), 3: Link()}
+    return convert_robot.robot_message(
+        RobotMsg(False, [1.0, 1.0], [2.0, 2.0], [1.0, 2.0], robot_id=1, plan=plan, links=links), 1.0, 'map')
 
 
 def good_contracts_message():
     """Return a message with two offers, of 2 lines and of 1, and two answers."""
     offered = [Offer(peer, 5, 9, Contract(3, 40, [[1.0, 0.0]] * count, np.zeros((count, 4))))
                for peer, count in ((2, 2), (3, 1))]
-    return fleet_convert.contracts_message(Contracts(1, 5, 8, tuple(offered), {2: Link(5), 4: Link(6)}), 1.0, 'map')
+    answers = {2: Link(5), 4: Link(6)}
+    return convert_contracts.contracts_message(Contracts(1, 5, 8, tuple(offered), answers), 1.0, 'map')
 
 
 def doubles(*values):
@@ -200,7 +270,7 @@ NAN, INF = float('nan'), float('inf')
 
 
 @pytest.mark.parametrize('field, value, words', [
-    ('version', 1, 'version 1, not 2'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
+    ('version', 2, 'version 2, not 3'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
     ('control_points', doubles(), '0 numbers'), ('control_points', doubles(*[1.0] * 7), '7 numbers'),
     ('control_points', doubles(*[1.0] * 9), '9 numbers'), ('control_points', doubles(*[1.0] * 6), '6 numbers'),
     ('control_points', doubles(*[1.0] * 258), '258 numbers'),
@@ -220,10 +290,10 @@ NAN, INF = float('nan'), float('inf')
     ('peer', array('I', [2, 2]), 'two links')])
 def test_a_message_that_makes_no_sense_is_refused_with_a_sentence(field, value, words):
     message = good_robot_message()
-    fleet_convert.robot_msg(message, 'map')
+    convert_robot.robot_msg(message, 'map')
     setattr(message, field, value)
     with pytest.raises(InvalidInput, match=words):
-        fleet_convert.robot_msg(message, 'map')
+        convert_robot.robot_msg(message, 'map')
 
 
 def test_more_links_than_there_are_robots_are_refused():
@@ -231,7 +301,7 @@ def test_more_links_than_there_are_robots_are_refused():
     message.peer = message.peer_epoch = message.contract = message.promised = many
     message.link_mode, message.granted = array('B', bytes(len(many))), array('q', many)
     with pytest.raises(InvalidInput, match='links'):
-        fleet_convert.robot_msg(message, 'map')
+        convert_robot.robot_msg(message, 'map')
 
 
 @pytest.mark.parametrize('frame', ['', 'odom', '/map', 'x' * 10**6])
@@ -239,14 +309,14 @@ def test_another_frame_is_refused(frame):
     message = good_robot_message()
     message.header.frame_id = frame
     with pytest.raises(UnknownFrame) as refusal:
-        fleet_convert.robot_msg(message, 'map')
+        convert_robot.robot_msg(message, 'map')
     assert len(str(refusal.value)) < 200
     with pytest.raises(UnknownFrame):
-        fleet_convert.solution(SolutionMessage(header=message.header), 'map')
+        convert_mission.solution(SolutionMessage(header=message.header), 'map')
     with pytest.raises(UnknownFrame):
-        fleet_convert.contracts(ContractsMessage(header=message.header, version=1), 'map')
+        convert_contracts.contracts(ContractsMessage(header=message.header, version=1), 'map')
     with pytest.raises(UnknownFrame):
-        fleet_convert.joint_plan(JointPlanMessage(header=message.header, version=1), 'map')
+        convert_joint_plan.joint_plan(JointPlanMessage(header=message.header, version=1), 'map')
 
 
 @pytest.mark.parametrize('fields, words', [
@@ -264,18 +334,18 @@ def test_another_frame_is_refused(frame):
     ({'answer_mode': array('B', [200, 0])}, 'mode 200'), ({'answer_granted': array('q', [-2**63, 0])}, 'granted')])
 def test_contracts_that_make_no_sense_are_refused_with_a_sentence(fields, words):
     message = good_contracts_message()
-    fleet_convert.contracts(message, 'map')
+    convert_contracts.contracts(message, 'map')
     for field, value in fields.items():
         setattr(message, field, value)
     with pytest.raises(InvalidInput, match=words) as refusal:
-        fleet_convert.contracts(message, 'map')
+        convert_contracts.contracts(message, 'map')
     assert refusal.value.code == 251 and len(str(refusal.value)) < 300
 
 
 def good_joint_message():
     """Return a plan in which robot 2 makes two moves and robot 3 one, which waits for the first of them."""
     ways = np.array([(0, 0), (1, 0), (2, 0)], float), np.array([(1, 1), (1, 0)], float)
-    return fleet_convert.joint_plan_message(
+    return convert_joint_plan.joint_plan_message(
         JointPlan(2, 5, 1, 4, 2, (2, 3), ways, (((), ()), (((2, 2),),))), 1.0, 'map')
 
 
@@ -292,11 +362,11 @@ def good_joint_message():
       'needed_moves': array('H')}, 'members')])
 def test_a_joint_plan_that_makes_no_sense_is_refused_with_a_sentence(fields, words):
     message = good_joint_message()
-    fleet_convert.joint_plan(message, 'map')
+    convert_joint_plan.joint_plan(message, 'map')
     for field, value in fields.items():
         setattr(message, field, value)
     with pytest.raises(InvalidInput, match=words):
-        fleet_convert.joint_plan(message, 'map')
+        convert_joint_plan.joint_plan(message, 'map')
 
 
 @given(st.data())
@@ -310,7 +380,7 @@ def test_no_joint_plan_does_worse_than_to_be_refused(data):
         if data.draw(st.booleans()):
             setattr(message, field, data.draw(strategy))
     try:
-        fleet_convert.joint_plan(sent(message), 'map')
+        convert_joint_plan.joint_plan(sent(message), 'map')
     except InvalidInput:
         pass
 
@@ -320,13 +390,13 @@ def test_a_contract_of_too_many_lines_or_too_many_contracts_are_refused():
     message.spans = array('H', [lines, 1])
     message.normals, message.offsets = doubles(*[1.0, 0.0] * (lines + 1)), doubles(*[0.0] * 4 * (lines + 1))
     with pytest.raises(InvalidInput, match='L from 1 to 256'):
-        fleet_convert.contracts(message, 'map')
+        convert_contracts.contracts(message, 'map')
     message, many = good_contracts_message(), array('I', range(1, MAX_LINKS + 2))
     message.peer = message.peer_epoch = message.base_sequence = message.contract = many
     message.first_span, message.spans = array('q', many), array('H', [1] * len(many))
     message.normals, message.offsets = doubles(*[1.0, 0.0] * len(many)), doubles(*[0.0] * 4 * len(many))
     with pytest.raises(InvalidInput, match='arrays of the offers'):
-        fleet_convert.contracts(message, 'map')
+        convert_contracts.contracts(message, 'map')
 
 
 @given(st.data())
@@ -334,7 +404,7 @@ def test_no_robot_message_does_worse_than_to_be_refused(data):
     message = good_robot_message()
     numbers = st.floats(width=64) | st.sampled_from([0.0, 1.0])
     for field, strategy in {
-            'version': st.just(2) | st.integers(0, 2**16 - 1), 'mode': st.integers(0, 255), 'step': numbers,
+            'version': st.just(3) | st.integers(0, 2**16 - 1), 'mode': st.integers(0, 255), 'step': numbers,
             'first_knot': st.integers(-2**63, 2**63 - 1), 'radius': numbers,
             'control_points': st.lists(numbers, max_size=12), 'intended_path_z1': st.lists(numbers, max_size=3),
             'peer': st.lists(uint32, max_size=4), 'link_mode': st.lists(st.integers(0, 255), min_size=2, max_size=2),
@@ -342,7 +412,7 @@ def test_no_robot_message_does_worse_than_to_be_refused(data):
         if data.draw(st.booleans()):
             setattr(message, field, data.draw(strategy))
     try:
-        fleet_convert.robot_msg(sent(message), 'map')
+        convert_robot.robot_msg(sent(message), 'map')
     except InvalidInput:
         pass
 
@@ -361,7 +431,7 @@ def test_no_contracts_message_does_worse_than_to_be_refused(data):
         if data.draw(st.booleans()):
             setattr(message, field, data.draw(strategy))
     try:
-        fleet_convert.contracts(sent(message), 'map')
+        convert_contracts.contracts(sent(message), 'map')
     except InvalidInput:
         pass
 
@@ -369,7 +439,7 @@ def test_no_contracts_message_does_worse_than_to_be_refused(data):
 def good_solution_message():
     """Return a solution of two plans."""
     plans = Plan(0, 0.25, [[1.0, 2.0]] * 4), Plan(2, 0.25, [[1.0, 2.0]] * 5)
-    return fleet_convert.solution_message(Solution(1, plans), 5, 1.0, 'map')
+    return convert_mission.solution_message(Solution(1, plans), 5, 1.0, 'map')
 
 
 @pytest.mark.parametrize('fields', [
@@ -383,32 +453,32 @@ def good_solution_message():
      'control_points': doubles()}])
 def test_a_solution_that_makes_no_sense_is_refused(fields):
     message = good_solution_message()
-    fleet_convert.solution(message, 'map')
+    convert_mission.solution(message, 'map')
     for field, value in fields.items():
         setattr(message, field, value)
     with pytest.raises(InvalidInput):
-        fleet_convert.solution(message, 'map')
+        convert_mission.solution(message, 'map')
 
 
 @pytest.mark.parametrize('fields', [
-    {'state': 3}, {'robot_ids': array('I')}, {'robot_ids': array('I', [1, 1])}, {'robot_ids': array('I', range(300))}])
+    {'state': 4}, {'robot_ids': array('I')}, {'robot_ids': array('I', [1, 1])}, {'robot_ids': array('I', range(300))}])
 def test_an_announcement_that_makes_no_sense_is_refused(fields):
-    message = fleet_convert.mission_message(Announcement('m', State.STARTED, (1, 2), 3.0), 1.0)
+    message = convert_mission.mission_message(Announcement('m', State.STARTED, (1, 2), 3.0), 1.0)
     for field, value in fields.items():
         setattr(message, field, value)
     with pytest.raises(InvalidInput):
-        fleet_convert.announcement(message)
+        convert_mission.announcement(message)
 
 
 def test_the_states_of_a_mission_and_the_modes_of_a_robot_are_those_of_the_messages():
     assert {state.name: state.value for state in State} == {
-        name: getattr(Mission, name) for name in ('WAITING', 'STARTED', 'STOPPED')}
+        name: getattr(Mission, name) for name in ('WAITING', 'STARTED', 'STOPPED', 'PAUSED')}
     assert {mode.name: mode.value for mode in Mode} == {
         name: getattr(RobotMessage, name) for name in ('WAITING', 'DRIVING', 'DONE', 'STOPPED')}
 
 
 def test_odometry_is_the_pose_and_the_speeds_of_the_base():
-    message = sent(fleet_convert.odometry(np.array([1.0, 2.0, np.pi / 2, 0.5, -0.1]), 3.25, 'map', 'robot_1/base_link'))
+    message = sent(convert_views.odometry(np.array([1.0, 2.0, np.pi / 2, 0.5, -0.1]), 3.25, 'map', 'robot_1/base_link'))
     assert isinstance(message, Odometry)
     assert (message.header.frame_id, message.child_frame_id) == ('map', 'robot_1/base_link')
     turn = message.pose.pose.orientation
@@ -417,9 +487,9 @@ def test_odometry_is_the_pose_and_the_speeds_of_the_base():
 
 def test_markers_show_the_body_the_way_and_the_goal_of_each_robot_heard():
     bodies = [Body(eyed, 0.2, np.zeros(3), np.array([5.0, 6.0, 0.0]), 1.0, 5.0, 2.0) for eyed in (1, 2, 9)]
-    heard = {1: fleet_convert.robot_msg(good_robot_message(), 'map')}
-    assert fleet_convert.fleet_markers(bodies, {}, ('#ff0000',), 1.0, 'map') == MarkerArray()
-    markers = sent(fleet_convert.fleet_markers(bodies, heard, ('#ff8000',), 1.0, 'map')).markers
+    heard = {1: convert_robot.robot_msg(good_robot_message(), 'map')}
+    assert convert_views.fleet_markers(bodies, {}, ('#ff0000',), 1.0, 'map') == MarkerArray()
+    markers = sent(convert_views.fleet_markers(bodies, heard, ('#ff8000',), 1.0, 'map')).markers
     disc, way, goal = markers
     assert [(marker.ns, marker.id, marker.type) for marker in markers] == [
         ('robots', 1, Marker.CYLINDER), ('intents', 1, Marker.LINE_STRIP), ('goals', 1, Marker.ARROW)]

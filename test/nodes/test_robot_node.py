@@ -20,7 +20,7 @@ from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import Contracts, Link, Mode, Offer, RobotMsg
-from mobile_planning.nodes import fleet_convert, qos
+from mobile_planning.nodes import convert, convert_contracts, convert_mission, convert_robot, qos, wire
 from mobile_planning.nodes.convert import map_message, path_poses, seconds
 from mobile_planning.nodes.robot import RobotNode, RobotOptions
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -60,11 +60,11 @@ class Fleet:
 
     def announce(self, state, ids=(1,), start=0.0, name='m'):
         """Announce a mission."""
-        self._missions.publish(fleet_convert.mission_message(Announcement(name, state, tuple(ids), start), self.now))
+        self._missions.publish(convert_mission.mission_message(Announcement(name, state, tuple(ids), start), self.now))
 
     def say(self, message):
         """Publish what a peer says."""
-        self.peers.publish(fleet_convert.robot_message(message, self.now, 'map'))
+        self.peers.publish(convert_robot.robot_message(message, self.now, 'map'))
 
     def hear(self, condition=lambda message: True):
         """Return a robot's next message that meets the condition."""
@@ -103,7 +103,7 @@ def test_a_robot_waits_for_the_map_then_for_the_mission_drives_and_hands_in_its_
     fleet.announce(State.STARTED, start=start)
     (solution,) = ros.until(lambda: fleet.solutions)
     assert solution.done and solution.robot_id == 1 and solution.boot_epoch == message.boot_epoch
-    driven = fleet_convert.solution(solution, 'map')
+    driven = convert_mission.solution(solution, 'map')
     assert driven.plans[1].first_knot * driven.plans[1].step >= start - 1e-6
     assert driven.states(np.array([start, driven.end]))[:, :2] == pytest.approx(np.array([[1, 1], [1.5, 1]]), abs=0.03)
     end = fleet.hear()
@@ -145,7 +145,7 @@ def test_on_simulated_time_it_speaks_while_the_clock_stands_and_drives_while_it_
 
     def tick():
         now[0] += 0.02
-        clock.publish(Clock(clock=fleet_convert.stamp(now[0])))
+        clock.publish(Clock(clock=wire.stamp(now[0])))
 
     fleet.map()
     fleet.announce(State.STARTED, start=0.5)
@@ -156,7 +156,7 @@ def test_on_simulated_time_it_speaks_while_the_clock_stands_and_drives_while_it_
     ros.node.create_timer(0.02, tick)
     ros.until(lambda: fleet.solutions)
     assert fleet.solutions[0].done and node._guard.faults == 0
-    assert fleet_convert.solution(fleet.solutions[0], 'map').end <= now[0]
+    assert convert_mission.solution(fleet.solutions[0], 'map').end <= now[0]
 
 
 def peer_message(robot_id=2, **fields):
@@ -176,11 +176,11 @@ def test_garbage_from_the_network_is_counted_and_the_robot_drives_on(ros, fleet)
               ('control_points', [float('inf')] * 8), ('control_points', [0.0] * 200_000), ('first_knot', 2**63 - 1),
               ('peer', list(range(5))), ('link_mode', [9])]
     for count, (field, value) in enumerate(spoilt, 1):
-        message = fleet_convert.robot_message(peer_message(), fleet.now, 'map')
+        message = convert_robot.robot_message(peer_message(), fleet.now, 'map')
         setattr(message, field, value)
         fleet.peers.publish(message)
         ros.until(lambda: node._guard.rejected.total() == count)
-    foreign = fleet_convert.robot_message(peer_message(), fleet.now, 'odom')
+    foreign = convert_robot.robot_message(peer_message(), fleet.now, 'odom')
     fleet.peers.publish(foreign)
     _, facts = fleet.diagnosis(lambda status: any(value.key == 'rejected 202 UnknownFrame' for value in status.values))
     assert facts['rejected 251 InvalidInput'] == str(len(spoilt)) and facts['faults'] == '0'
@@ -199,20 +199,20 @@ def test_garbage_among_contracts_is_counted_and_the_robot_drives_on(ros, fleet):
     spoilt = [('version', 7), ('normals', [float('nan')] * 2), ('normals', [0.0] * 200_000), ('offsets', [1.0] * 3),
               ('spans', [65535]), ('peer', []), ('answer_mode', [77]), ('first_span', [2**63 - 1])]
     for count, (field, value) in enumerate(spoilt, 1):
-        message = fleet_convert.contracts_message(good, fleet.now, 'map')
+        message = convert_contracts.contracts_message(good, fleet.now, 'map')
         setattr(message, field, value)
         contracts.publish(message)
         ros.until(lambda: node._guard.rejected.total() == count)
     joint = ros.node.create_publisher(JointPlanMessage, '/joint_plans', qos.robot_messages())
     ros.until(lambda: joint.get_subscription_count() == 1)
-    header = fleet_convert.header('map', fleet_convert.stamp(fleet.now))
+    header = convert.header('map', wire.stamp(fleet.now))
     for message in (JointPlanMessage(header=header, version=9), JointPlanMessage(header=header, version=1)):
         spoilt.append('joint plan')
         joint.publish(message)
         ros.until(lambda: node._guard.rejected.total() == len(spoilt))
-    contracts.publish(fleet_convert.contracts_message(good, fleet.now, 'odom'))
+    contracts.publish(convert_contracts.contracts_message(good, fleet.now, 'odom'))
     # Of a robot outside the mission.
-    contracts.publish(fleet_convert.contracts_message(good, fleet.now, 'map'))
+    contracts.publish(convert_contracts.contracts_message(good, fleet.now, 'map'))
     _, facts = fleet.diagnosis(lambda status: any(value.key == 'rejected 202 UnknownFrame' for value in status.values))
     assert facts['rejected 251 InvalidInput'] == str(len(spoilt)) and facts['faults'] == '0'
     ros.until(lambda: fleet.solutions)

@@ -19,7 +19,7 @@ from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.message import Link, Mode, RobotMsg
 from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.nodes import fleet_convert, qos
+from mobile_planning.nodes import convert_mission, convert_robot, qos
 from mobile_planning.nodes.convert import seconds
 from mobile_planning.nodes.world_sim import WorldSimNode, WorldSimOptions
 
@@ -58,7 +58,7 @@ class Robots:
 
     def publish(self, robot_id, epoch=EPOCH, links=(), mode=Mode.WAITING, **spoilt):
         """Publish one message."""
-        message = fleet_convert.robot_message(RobotMsg(
+        message = convert_robot.robot_message(RobotMsg(
             False, [1.0], [1.0], [1.0, 1.0], robot_id=robot_id, boot_epoch=epoch, sequence=self._count, mode=mode,
             plan=Plan.at_rest(0, 0.25, (1, 1, 0)), links={peer: Link(EPOCH, 1, 0) for peer in links}), 0.0, 'map')
         for field, value in spoilt.items():
@@ -81,7 +81,7 @@ class Robots:
 
     def hand_in(self, solution, epoch=EPOCH, **spoilt):
         """Publish a robot's solution."""
-        message = fleet_convert.solution_message(solution, epoch, 0.0, 'map')
+        message = convert_mission.solution_message(solution, epoch, 0.0, 'map')
         for field, value in spoilt.items():
             setattr(message, field, value)
         self._solutions[solution.eyed].publish(message)
@@ -173,7 +173,7 @@ def test_without_autostart_it_starts_when_it_is_asked_to_and_stops_too(ros, robo
 
 def test_garbage_is_counted_and_the_mission_goes_on(ros, robots, scene):
     node = ros.add(WorldSimNode, scene=str(scene))
-    robots.publish(1, version=3)
+    robots.publish(1, version=2)
     robots.publish(1, control_points=[1.0] * 9)
     robots.publish(2, step=float('nan'))
     ros.until(lambda: node._guard.rejected.total() == 3)
