@@ -1,0 +1,82 @@
+"""SimulatedBase: a unicycle's drive and wheels, for robots that have none."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.tracking import driven
+
+
+@dataclass(frozen=True)
+class BaseOptions:
+    """What a simulated base does to its commands.
+
+    Attributes
+    ----------
+    a_max, alpha_max : float [m/s^2, rad/s^2]
+        Greatest change of its speeds.
+    slip : float
+        Standard deviation of the share by which it drives more or less than it should, anew in each step.
+    pose_noise : float [m]
+        Standard deviation of each coordinate of a measured pose; of the heading [rad] as much.
+
+    Raises
+    ------
+    InvalidInput
+        A number is out of its range.
+    """
+
+    a_max: float = np.inf
+    alpha_max: float = np.inf
+    slip: float = 0.0
+    pose_noise: float = 0.0
+
+    def __post_init__(self):
+        if not (self.a_max > 0 and self.alpha_max > 0 and 0 <= self.slip < 1 and 0 <= self.pose_noise < np.inf):
+            raise InvalidInput(f'{self} is out of range: a_max > 0, alpha_max > 0, 0 <= slip < 1, pose_noise >= 0')
+
+
+class SimulatedBase:
+    """One base.
+
+    Parameters
+    ----------
+    pose : (3,) array_like [m, m, rad]
+    options : BaseOptions
+    seed : int
+        Of slip and noise.
+
+    Attributes
+    ----------
+    pose : (3,) ndarray [m, m, rad]
+    speeds : (2,) ndarray [m/s, rad/s]
+
+    Examples
+    --------
+    >>> base = SimulatedBase((0, 0, 0), BaseOptions(a_max=2.0))
+    >>> base.drive((1.0, 0.0), 0.25)
+    >>> base.speeds.tolist(), base.pose.round(6).tolist()
+    ([0.5, 0.0], [0.125, 0.0, 0.0])
+    """
+
+    def __init__(self, pose: ArrayLike, options: BaseOptions = BaseOptions(), seed: int = 0):
+        self.pose, self.speeds = np.array(pose, float), np.zeros(2)
+        self._options, self._rng = options, np.random.default_rng(seed)
+
+    def drive(self, command: ArrayLike, duration: float) -> None:
+        """Drive for ``duration`` [s], with the speeds that come nearest to the ``command`` (v, omega)."""
+        most = np.array([self._options.a_max, self._options.alpha_max]) * duration
+        self.speeds = self.speeds + np.clip(np.asarray(command, float) - self.speeds, -most, most)
+        real = self.speeds
+        if self._options.slip:
+            real = real * (1.0 + self._options.slip * self._rng.standard_normal(2))
+        self.pose = driven(self.pose, real, duration)
+
+    def measured(self) -> NDArray[np.float64]:
+        """Return the pose (3,) [m, m, rad] as a localisation would give it."""
+        if not self._options.pose_noise:
+            return self.pose.copy()
+        return self.pose + self._options.pose_noise * self._rng.standard_normal(3)
