@@ -1,25 +1,47 @@
-"""Agent: a robot that exists once its map is known, and its part in a mission."""
+"""Agent: a robot that exists once its map and its place are known, and its part in a mission.
+
+Its robot plans in one thread and hears in another. Whoever finds it busy does not wait: what is said to it then is
+taken in before it plans the next time.
+"""
 from __future__ import annotations
 
+import threading
+from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.joint_message import JointPlan
-from mobile_planning.fleet.message import Contracts, RobotMsg
+from mobile_planning.fleet.message import Contracts, Death, RobotMsg
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 #: Between two looks for a robot [s], as long as there is none.
 _UNKNOWN = 0.1
+#: Messages that wait for a busy robot; of more the oldest are lost.
+_WAITING = 4096
+#: Robots of one fleet begin their cycles so long after each other [s], as far as there is room for it.
+_APART = 0.012
+#: Another process of the same robot that was heard so lately [s] keeps this one from moving.
+_TWIN = 2.0
+
+#: What a robot is told.
+Message = RobotMsg | Contracts | JointPlan | Death
 
 
 class Agent:
     """One robot of a scene, made when the map comes, that takes part in the first mission that starts.
 
-    A mission that has started binds the robot: its peers know where it is and go by its contracts. So maps and
-    missions that come later are refused.
+    A mission that has started binds the robot: its peers know where it is and go by its contracts. So missions that
+    come later are refused.
+
+    `receive`, `has_answers` and `answers` never wait; all other methods may, for as long as a section takes.
 
     Parameters
     ----------
@@ -29,15 +51,17 @@ class Agent:
         Grows with each start of the robot's process.
     now : float [s]
         On the common clock of the robots.
+    drive : callable, optional
+        Called with each plan that is put in force, and the epoch, before anybody is told of it.
+    is_placed : bool
+        Whether the body is where the scene says; else the robot waits for `place`.
     **options
         For `Robot`.
 
     Attributes
     ----------
     robot : Robot or None
-        None while the map is unknown or not fit.
-    trouble : str
-        Why there is no robot; empty if there is one.
+        None while the map or the place is unknown, or not fit.
     epoch : int
         Of the robot; grows with each robot that is made for another map.
 
@@ -47,23 +71,92 @@ class Agent:
         The scene has no such robot, or no map and no room for it.
     """
 
-    def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, **options):
+    def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, *,
+                 drive: Callable[[Plan, int], None] = lambda plan, epoch: None, is_placed: bool = True, **options):
         if robot_id not in [spec.id for spec in scene.robots]:
             raise InvalidInput(f'scene {scene.name} has the robots {[spec.id for spec in scene.robots]}, '
                                f'not {robot_id}')
         self.robot: Robot | None = None
-        self.trouble, self.epoch = 'waiting for the map', int(epoch)
-        self._scene, self._id, self._options = scene, robot_id, options
+        self.epoch = int(epoch)
+        self._scene, self._id, self._drive, self._options = scene, robot_id, drive, options
         self._grid: OccupancyGrid | None = None
         self._mission: Announcement | None = None
-        self._is_stopped = False
+        self._problem, self._is_stopped, self._twin_until = '', False, -np.inf
+        self._holds: dict[str, str] = {}
+        self._turn, self._waiting = threading.RLock(), deque(maxlen=_WAITING)
+        self._driven, self._is_placed = -1, is_placed
         if not scene.on_map:
-            self._make(None, now)
+            self._make(now)
+
+    # What can be asked
+
+    @property
+    def trouble(self) -> str:
+        """Why the robot does not drive on; empty if nothing keeps it."""
+        if self.robot is None:
+            return self._problem or ('waiting for the map' if self._is_placed else 'waiting for the pose')
+        return '; '.join(self._holds.values())
 
     @property
     def is_finished(self) -> bool:
         """Whether the robot has driven its mission: it is done, or was stopped."""
         return self.robot is not None and (self.robot.is_done or self._is_stopped)
+
+    @property
+    def mission_start(self) -> float:
+        """When the mission began that the robot drives [s]; 0 for none."""
+        return self._mission.start if self._has_started else 0.0
+
+    @property
+    def roster(self) -> tuple[int, ...]:
+        """Everybody who takes part in the mission, as far as one is known."""
+        return () if self._mission is None else self._mission.robot_ids
+
+    @property
+    def has_answers(self) -> bool:
+        """Whether `answers` has something to send, as far as can be told without waiting."""
+        if self.robot is None or not self._turn.acquire(blocking=False):
+            return False
+        try:
+            return self.robot.has_answers
+        finally:
+            self._turn.release()
+
+    def until_cycle(self, now: float) -> float:
+        """Return how long [s] after `step` at ``now`` [s] the next one is best.
+
+        That is just in time for a knot, earlier by what this robot's place in the roster says: robots that share a
+        processor do not all plan at one instant.
+        """
+        if self.robot is None:
+            return _UNKNOWN
+        # By turns for the two knots of a cycle, and for each of them one after the other.
+        roster, period = self.roster or (self._id,), self.robot.Tc / 2
+        rank = sorted(roster).index(self._id) if self._id in roster else 0
+        apart = min(_APART, period / (len(roster) // 2 + 1))
+        return self.robot.until_cycle(now + rank % 2 * period + rank // 2 * apart)
+
+    # What is told
+
+    def place(self, pose: ArrayLike, now: float) -> None:
+        """Take the body to rest at ``pose`` (3,) [m, m, rad], wherever the scene says that it starts.
+
+        Raises
+        ------
+        InvalidInput
+            The robot exists, or the pose is none.
+        PlanningError
+            It has no room there, or no way to its goal.
+        """
+        with self._turn:
+            if self.robot is not None:
+                raise InvalidInput(f'robot {self._id} has a place already')
+            start = tuple(float(value) for value in pose)
+            self._scene = replace(self._scene, robots=tuple(
+                replace(spec, start=start) if spec.id == self._id else spec for spec in self._scene.robots))
+            self._is_placed = True
+            if self._grid is not None or not self._scene.on_map:
+                self._make(now)
 
     def take_map(self, grid: OccupancyGrid, now: float) -> None:
         """Make the robot on the map ``grid``.
@@ -75,17 +168,18 @@ class Agent:
         PlanningError
             The robot has no room there, or no way to its goal.
         """
-        if grid == self._grid:
-            return
-        if self._has_started:
-            raise InvalidInput('a map that comes when the mission has started is not used')
-        if self.robot is not None:
-            # Peers take messages that count from one again for old ones, unless the epoch is new.
-            self.epoch += 1
-        self._grid = grid
-        self._make(grid, now)
+        with self._turn:
+            if grid == self._grid:
+                return
+            if self._has_started:
+                raise InvalidInput('a map that comes when the mission has started is not used')
+            if self.robot is not None:
+                # Peers take messages that count from one again for old ones, unless the epoch is new.
+                self.epoch += 1
+            self._grid = grid
+            self._make(now)
 
-    def follow(self, announcement: Announcement) -> None:
+    def follow(self, announcement: Announcement, now: float) -> None:
         """Do what is announced.
 
         Raises
@@ -93,42 +187,75 @@ class Agent:
         InvalidInput
             It is of another mission than the one that has started.
         """
-        if not self._has_started:
-            self._mission = announcement
-            self._apply()
-        elif announcement.name != self._mission.name or announcement.state is State.WAITING:
-            raise InvalidInput(f'mission {announcement.name[:80]} is not followed: '
-                               f'mission {self._mission.name[:80]} has started, and a robot drives only one')
-        elif announcement.state is State.STOPPED:
-            self.robot.stop()
-            self._is_stopped = True
+        with self._turn:
+            if not self._has_started:
+                self._mission = announcement
+                self._apply(now)
+            elif announcement.name != self._mission.name or announcement.state is State.WAITING:
+                raise InvalidInput(f'mission {announcement.name[:80]} is not followed: '
+                                   f'mission {self._mission.name[:80]} has started, and a robot drives only one')
+            elif announcement.state is State.STOPPED:
+                self.robot.stop()
+                self._is_stopped = True
+            else:
+                self._heed(announcement.state, now)
 
-    def receive(self, message: RobotMsg | Contracts | JointPlan, now: float) -> None:
-        """Take in what a robot says.
+    def hold(self, reason: str, sentence: str, now: float) -> None:
+        """Let the robot come to rest, and stay until `release` of every ``reason``."""
+        with self._turn:
+            self._holds[reason] = sentence
+            if self.robot is not None and not self.robot.is_paused:
+                self.robot.pause(now)
+
+    def release(self, reason: str, now: float) -> None:
+        """Let the robot drive on, if nothing else holds it."""
+        with self._turn:
+            if self._holds.pop(reason, None) is not None and not self._holds and self.robot is not None:
+                self.robot.resume(now)
+
+    def set_goal(self, goal: ArrayLike, now: float) -> None:
+        """Drive to ``goal`` (3,) [m, m, rad] instead.
 
         Raises
         ------
         InvalidInput
-            The robot was started a second time.
+            There is no robot yet, or the goal is no pose.
+        PlanningError
+            The body does not fit there, or nothing leads there; the old goal stands.
         """
-        if message.robot_id == self._id:
-            if message.boot_epoch > self.epoch:
-                raise InvalidInput(f'robot {self._id} was started a second time, and all listen to that one')
-        elif self.robot is not None:
-            self.robot.receive(message, now)
+        with self._turn:
+            if self.robot is None:
+                raise InvalidInput(f'robot {self._id} has no goal yet: {self.trouble}')
+            self.robot.set_goal(goal, now)
 
-    @property
-    def has_answers(self) -> bool:
-        """Whether `answers` has something to send."""
-        return self.robot is not None and self.robot.has_answers
+    def receive(self, message: Message, now: float) -> None:
+        """Take in what a robot, or somebody who vouches for its death, says.
+
+        Raises
+        ------
+        InvalidInput
+            It comes from another process of this robot.
+        """
+        if message.robot_id == self._id and not isinstance(message, Death):
+            self._notice_twin(message, now)
+        elif self.robot is not None:
+            if not self._turn.acquire(blocking=False):
+                self._waiting.append((message, now))
+                return
+            try:
+                self._take_in_waiting()
+                self.robot.receive(message, now)
+            finally:
+                self._turn.release()
 
     def answers(self, now: float) -> list[Contracts]:
-        """Return what to tell the others at ``now`` [s] before the next step."""
-        return [] if self.robot is None else self.robot.answers(now)
-
-    def until_cycle(self, now: float) -> float:
-        """Return how long [s] after `step` at ``now`` [s] the next one is best."""
-        return _UNKNOWN if self.robot is None else self.robot.until_cycle(now)
+        """Return what to tell the others at ``now`` [s] before the next step; nothing while the robot is busy."""
+        if self.robot is None or not self._turn.acquire(blocking=False):
+            return []
+        try:
+            return self.robot.answers(now)
+        finally:
+            self._turn.release()
 
     def step(self, clock: Callable[[], float]) -> list[RobotMsg | Contracts | JointPlan]:
         """Return what to tell the others, having planned where that is due.
@@ -138,28 +265,72 @@ class Agent:
         clock : callable
             Returns the common time [s]; read again after planning, for a section may come too late.
         """
-        return [] if self.robot is None else self.robot.commit(self.robot.plan_section(clock()), clock())
+        with self._turn:
+            if self.robot is None:
+                return []
+            self._take_in_waiting()
+            section, now = self.robot.plan_section(clock()), clock()
+            if now < self._twin_until:
+                section = replace(section, new=None)
+            messages = self.robot.commit(section, now)
+            self._hand_over()
+            return messages
+
+    # How it works
+
+    def _take_in_waiting(self):
+        while self._waiting:
+            self.robot.receive(*self._waiting.popleft())
+
+    def _hand_over(self):
+        """Let the plan in force be driven, if it is new."""
+        plans = self.robot.sol.plans
+        if len(plans) != self._driven:
+            self._driven = len(plans)
+            self._drive(plans[-1], self.epoch)
+
+    def _notice_twin(self, message, now):
+        if message.boot_epoch == self.epoch:
+            return
+        if message.boot_epoch < self.epoch:
+            self._twin_until = now + _TWIN
+        raise InvalidInput(f'robot {self._id} was started a second time: '
+                           + ('the older process speaks, so this one does not move'
+                              if message.boot_epoch < self.epoch else 'the younger process is not to move'))
 
     @property
     def _has_started(self):
         """Whether a mission with this robot was started."""
-        return (self.robot is not None and self._mission is not None and self._mission.state is State.STARTED
-                and self._id in self._mission.robot_ids)
+        return (self.robot is not None and self._mission is not None
+                and self._mission.state in (State.STARTED, State.PAUSED) and self._id in self._mission.robot_ids)
 
-    def _make(self, grid, now):
+    def _make(self, now):
+        if not self._is_placed:
+            return
         try:
-            self.robot = self._scene.robot(self._id, grid, epoch=self.epoch, start_time=now, **self._options)
+            self.robot = self._scene.robot(self._id, self._grid, epoch=self.epoch, start_time=now, **self._options)
         except PlanningError as error:
-            self.robot, self.trouble = None, str(error)
+            self.robot, self._problem = None, str(error)
             raise
-        self.trouble = ''
+        self._problem, self._driven = '', -1
+        self._hand_over()
+        if self._holds:
+            self.robot.pause(now)
         if self._mission is not None:
-            self._apply()
+            self._apply(now)
 
-    def _apply(self):
+    def _apply(self, now):
         """Tell the robot of a mission that has not started before."""
         if self.robot is None or self._mission.state is State.STOPPED:
             return
         self.robot.join(list(self._mission.robot_ids))
         if self._has_started:
             self.robot.start(list(self._mission.robot_ids), self._mission.start)
+            self._heed(self._mission.state, now)
+
+    def _heed(self, state, now):
+        """Pause with the mission, and drive on with it."""
+        if state is State.PAUSED:
+            self.hold('mission', 'the mission is paused', now)
+        else:
+            self.release('mission', now)

@@ -59,7 +59,7 @@ def occupancy_grid(message: OccupancyGridMessage) -> OccupancyGrid:
     check_size(info.width, info.height)
     if len(message.data) != info.width * info.height:
         raise InvalidInput(f'the map has {len(message.data)} cells, not {info.width} x {info.height}')
-    x, y, yaw = _planar(info.origin, 'origin of the map')
+    x, y, yaw = planar(info.origin, 'origin of the map')
     tilt = abs(info.origin.orientation.x) + abs(info.origin.orientation.y)
     if tilt > UNIT_TOLERANCE:
         raise InvalidInput(f'the origin of the map is tilted: orientation x or y is {tilt:g}, not 0')
@@ -134,7 +134,26 @@ def configuration(message: PoseStamped, frame: str, name: str = 'pose') -> tuple
         If a number is not finite, or the orientation is no unit quaternion.
     """
     check_frame(message.header.frame_id, frame, name)
-    return _planar(message.pose, name)
+    return planar(message.pose, name)
+
+
+def planar(pose: Pose, name: str) -> tuple[float, float, float]:
+    """Return the (x, y, yaw) [m, m, rad] of a pose, called ``name`` in messages.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not finite, or the orientation is no unit quaternion.
+    """
+    position, turn = pose.position, pose.orientation
+    if not all(map(isfinite, (position.x, position.y, position.z))):
+        raise InvalidInput(f'{name} has a position that is not finite: ({position.x}, {position.y}, {position.z})')
+    quaternion = (turn.x, turn.y, turn.z, turn.w)
+    if not any(quaternion):
+        raise InvalidInput(f'{name} has an orientation that is all zero: without a turn it is x=0, y=0, z=0, w=1')
+    if not abs(sum(part * part for part in quaternion) - 1) <= UNIT_TOLERANCE:
+        raise InvalidInput(f'{name} has an orientation {quaternion} that is no unit quaternion')
+    return position.x, position.y, _yaw(turn)
 
 
 def check_frame(given: str, frame: str, name: str) -> None:
@@ -217,19 +236,6 @@ def _map_info(grid: OccupancyGrid, stamp: Time) -> MapMetaData:
     """Return the size and the place of a map."""
     return MapMetaData(map_load_time=stamp, resolution=float(grid.resolution), width=int(grid.width),
                        height=int(grid.height), origin=pose_message(grid.origin))
-
-
-def _planar(pose: Pose, name: str) -> tuple[float, float, float]:
-    """Return the (x, y, yaw) of a pose whose numbers make sense."""
-    position, turn = pose.position, pose.orientation
-    if not all(map(isfinite, (position.x, position.y, position.z))):
-        raise InvalidInput(f'{name} has a position that is not finite: ({position.x}, {position.y}, {position.z})')
-    quaternion = (turn.x, turn.y, turn.z, turn.w)
-    if not any(quaternion):
-        raise InvalidInput(f'{name} has an orientation that is all zero: without a turn it is x=0, y=0, z=0, w=1')
-    if not abs(sum(part * part for part in quaternion) - 1) <= UNIT_TOLERANCE:
-        raise InvalidInput(f'{name} has an orientation {quaternion} that is no unit quaternion')
-    return position.x, position.y, _yaw(turn)
 
 
 def _yaw(turn: Quaternion) -> float:

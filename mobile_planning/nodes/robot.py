@@ -1,145 +1,176 @@
-"""The node ``robot``: one agent of a fleet, its plans and its simulated base."""
+"""The node ``robot``: one agent of a fleet, its plans and its body."""
 from __future__ import annotations
 
-from functools import partial
 from time import time
 
 import numpy as np
-from mobile_planning_msgs.msg import Contracts as ContractsMessage
-from mobile_planning_msgs.msg import JointPlan as JointPlanMessage
-from mobile_planning_msgs.msg import Mission as MissionMessage
-from mobile_planning_msgs.msg import RobotMsg as RobotMessage
-from mobile_planning_msgs.msg import Solution as SolutionMessage
-from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from mobile_planning_msgs.msg import RobotStatus
+from nav_msgs.msg import Path
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
 from mobile_planning.fleet.agent import Agent
-from mobile_planning.fleet.joint_message import JointPlan
-from mobile_planning.fleet.message import Contracts, RobotMsg
-from mobile_planning.nodes import (
-    convert,
-    convert_contracts,
-    convert_joint_plan,
-    convert_mission,
-    convert_robot,
-    convert_views,
-    qos,
-    wire,
-)
-from mobile_planning.nodes.diagnostics import Diagnostics, Level
-from mobile_planning.nodes.guard import Guard
+from mobile_planning.fleet.message import RobotMsg
+from mobile_planning.nodes import convert, qos, wire
+from mobile_planning.nodes.body import Body
+from mobile_planning.nodes.diagnostics import Diagnostics
+from mobile_planning.nodes.guard import Guard, tell_sentence
 from mobile_planning.nodes.parameters import Parameters
+from mobile_planning.nodes.robot_health import RobotHealth
+from mobile_planning.nodes.robot_host import RobotHost
 from mobile_planning.nodes.robot_options import RobotOptions
 
-# Messages of so many robots fit between two turns of the executor.
-_MOST_ROBOTS = 64
 # What falls due within this time [s] goes out in one message.
 _ANSWER_AFTER = 0.03
 
 
 class RobotNode(Node):
-    """Wires an `Agent` to the fleet's topics and to the clock."""
+    """Wires an `Agent` and its `Body` to the fleet's topics and to the clock.
 
-    def __init__(self, **kwargs):
-        super().__init__('robot', enable_rosout=False, **kwargs)
+    Parameters
+    ----------
+    robot_id : int, optional
+        By default the parameter says.
+    host : RobotHost, optional
+        That several robots of one process share; by default the robot has its own.
+    name : str
+    **kwargs
+        For ``rclpy.node.Node``.
+    """
+
+    def __init__(self, robot_id: int | None = None, host: RobotHost | None = None, name: str = 'robot', **kwargs):
+        self._own_host = None
+        super().__init__(name, enable_rosout=False, **kwargs)
         options = Parameters(self, RobotOptions).values
-        scene = options.load_scene()
         self._frame, self._guard = options.frame_id, Guard(self)
-        # The epoch is the system's time: simulated time begins anew with every simulation.
-        self._agent = Agent(scene, options.robot_id, int(time()), self._now(), Tc=options.Tc, Tp=options.Tp,
-                            margin=options.margin, budget=options.budget)
-        self._shown, self._has_reported = None, False
-        guarded, to_miss_nobody = self._guard.callback, qos.robot_messages(4 * _MOST_ROBOTS)
-        self._outlets = {}
-        for kind, message_type, topic, to_message, to_core in (
-                (RobotMsg, RobotMessage, '/robot_msgs', convert_robot.robot_message, convert_robot.robot_msg),
-                (Contracts, ContractsMessage, '/contracts', convert_contracts.contracts_message,
-                 convert_contracts.contracts),
-                (JointPlan, JointPlanMessage, '/joint_plans', convert_joint_plan.joint_plan_message,
-                 convert_joint_plan.joint_plan)):
-            self._outlets[kind] = self.create_publisher(message_type, topic, qos.robot_messages()), to_message
-            self.create_subscription(message_type, topic, guarded(partial(self._receive, to_core)), to_miss_nobody)
-        self._solutions = self.create_publisher(SolutionMessage, '/solutions', qos.SOLUTION_WRITER)
+        self.robot_id, scene = options.robot_id if robot_id is None else robot_id, options.load_scene()
+        self.needs_map, u_max = scene.on_map, {spec.id: spec.u_max for spec in scene.robots}
+        tracker = options.tracker(u_max.get(self.robot_id, options.u_max))
+        self._own_host = RobotHost(self, self._guard, options) if host is None else None
+        self._host = host or self._own_host
+        try:
+            self._body = Body(self, self._guard, options, self.robot_id, tracker, self._on_pose)
+            self._agent = self._make_agent(scene, options)
+        except BaseException:
+            self.destroy_node()
+            raise
+        self._health = RobotHealth(self._agent, self._body, self._host.bus.peers, options)
+        self._shown, self._is_planning, self._has_reported = None, False, False
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
-        self._odometry = self.create_publisher(Odometry, '~/odom', qos.live(1))
-        self.create_subscription(MissionMessage, '/mission', guarded(self._on_mission), qos.MISSION)
-        if scene.on_map:
-            self.create_subscription(OccupancyGrid, '/map', guarded(self._on_map), qos.MAP)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), clock=steady)
+        self._statuses = self.create_publisher(RobotStatus, '~/status', qos.live(1))
+        guarded, steady, aside = self._guard.callback, Clock(clock_type=ClockType.STEADY_TIME), ReentrantCallbackGroup()
+        for name, act in (('~/pause', self._on_pause), ('~/resume', self._on_resume)):
+            self.create_service(Trigger, name, self._guard.service(act, tell_sentence), callback_group=aside)
+        self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), callback_group=aside, clock=steady)
         self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
         self._answering.cancel()
-        self.create_timer(1.0 / options.odom_rate, guarded(self._on_odometry), clock=steady)
         Diagnostics(self, self._guard, self._diagnosis)
+        self._host.bus.add(self)
+        self._host.loop.add(self._body)
 
-    def _now(self) -> float:
-        return self.get_clock().now().nanoseconds * 1e-9
+    def _make_agent(self, scene, options):
+        left = self._body.left_behind()
+        # The epoch is the system's time: simulated time begins anew with every simulation.
+        epoch = max(int(time()), 0 if left is None else left[1] + 1)
+        return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive, Tc=options.Tc, Tp=options.Tp,
+                     margin=options.margin, budget=options.budget, is_placed=options.simulate and left is None)
 
-    def _on_map(self, message):
-        convert.check_frame(message.header.frame_id, self._frame, 'the map')
-        self._agent.take_map(convert.occupancy_grid(message), self._now())
-        self.get_logger().info(f'map of {message.info.width} x {message.info.height} cells received')
+    @property
+    def epoch(self) -> int:
+        """Boot epoch of the robot."""
+        return self._agent.epoch
 
-    def _on_mission(self, message):
-        announcement = convert_mission.announcement(message)
-        self._agent.follow(announcement)
+    def destroy_node(self) -> None:
+        """End the threads, then the node."""
+        if self._own_host is not None:
+            self._own_host.close()
+        super().destroy_node()
+
+    # What the bus hears
+
+    def on_map(self, grid):
+        """Take in a map."""
+        self.get_logger().info(f'map of {grid.width} x {grid.height} cells received')
+        self._later(self._agent.take_map, grid, self._now())
+
+    def on_mission(self, announcement):
+        """Take in what is announced of a mission."""
         self.get_logger().info(f'mission {announcement.name[:80]}: {announcement.state.name.lower()}')
-        self._report()
+        self._later(self._agent.follow, announcement, self._now())
 
-    def _receive(self, to_core, message):
-        self._agent.receive(to_core(message, self._frame), self._now())
+    def on_deaths(self, deaths):
+        """Take in certificates of death."""
+        for death in deaths:
+            self._agent.receive(death, self._now())
+
+    def hear(self, message, now):
+        """Take in what a robot says."""
+        self._agent.receive(message, now)
         if self._agent.has_answers and self._answering.is_canceled():
             self._answering.reset()
 
-    def _on_answers(self):
-        self._answering.cancel()
-        now = self._now()
-        self._send(self._agent.answers(now), now)
+    def _on_pose(self, pose):
+        """Take in where the body is found, before there is a plan."""
+        self._later(self._agent.place, pose, self._now())
 
-    def _on_cycle(self):
+    # What is due
+
+    def _now(self):
+        return self._host.bus.now()
+
+    def _later(self, work, *args):
+        """Let the agent do what may take a while, in turn."""
+        self._host.worker.submit(self._guard.callback(work), *args)
+
+    async def _on_cycle(self):
         # The period is set anew each time: the steady clock knows nothing of the phase of the common one.
         self._cycle.timer_period_ns = int(1e9 * self._agent.until_cycle(self._now()))
         self._cycle.reset()
-        messages = self._agent.step(self._now)
-        self._send(messages, self._now())
-        self._report()
-
-    def _send(self, messages, now):
-        for message in messages:
-            publisher, to_message = self._outlets[type(message)]
-            publisher.publish(to_message(message, now, self._frame))
-            if isinstance(message, RobotMsg):
-                self._show(message, now)
-
-    def _show(self, message, now):
-        """Publish the plan in force where it is new."""
-        key = message.boot_epoch, message.plan_seq
-        if key != self._shown:
-            self._shown = key
-            poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
-            self._plans.publish(convert.path_message(poses, self._frame, wire.stamp(now)))
-
-    def _report(self):
-        """Publish what was driven, once that is all."""
-        if not self._agent.is_finished or self._has_reported:
+        self._health.look(self._is_planning, self.get_logger())
+        if self._is_planning:
             return
-        self._solutions.publish(convert_mission.solution_message(
-            self._agent.robot.sol, self._agent.epoch, self._now(), self._frame))
-        self._has_reported = True
-        self.get_logger().info('at the goal' if self._agent.robot.is_done else 'stopped on the way')
+        self._is_planning = True
+        try:
+            messages = await self._host.worker.submit(self._health.timed(self._step))
+        finally:
+            self._is_planning = False
+        self._say(messages)
 
-    def _on_odometry(self):
-        if self._agent.robot is not None:
-            now = self._now()
-            self._odometry.publish(convert_views.odometry(
-                self._agent.robot.state(now), now, self._frame, f'{self.get_name()}/base_link'))
+    def _step(self):
+        """Plan, in the thread of the worker."""
+        self._health.heed(self._now())
+        return self._agent.step(self._now)
+
+    def _on_answers(self):
+        self._answering.cancel()
+        self._say(self._agent.answers(self._now()))
+
+    def _say(self, messages):
+        agent = self._agent
+        self._host.bus.say(messages, agent.mission_start, 0, agent.roster)
+        for message in messages:
+            if isinstance(message, RobotMsg) and (message.boot_epoch, message.plan_seq) != self._shown:
+                self._shown = message.boot_epoch, message.plan_seq
+                poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
+                self._plans.publish(convert.path_message(poses, self._frame, wire.stamp(self._now())))
+        if agent.is_finished and not self._has_reported:
+            self._host.bus.hand_in(agent.robot.sol, agent.epoch)
+            self.get_logger().info('at the goal' if agent.robot.is_done else 'stopped on the way')
+        self._has_reported = agent.is_finished
+
+    async def _on_pause(self, _request, response):
+        await self._host.worker.submit(self._agent.hold, 'service', 'paused by ~/pause', self._now())
+        response.success, response.message = True, 'the robot comes to rest'
+        return response
+
+    async def _on_resume(self, _request, response):
+        await self._host.worker.submit(self._agent.release, 'service', self._now())
+        response.success, response.message = True, self._agent.trouble or 'the robot drives on'
+        return response
 
     def _diagnosis(self):
-        robot = self._agent.robot
-        if robot is None:
-            return Level.WARN, self._agent.trouble, {}
-        return Level.OK, robot.mode.name.lower(), {
-            'peers heard': len(robot.heard()), 'plans': len(robot.sol.plans), 'messages ignored': robot.ignored,
-            'longest section [ms]': f'{1e3 * max(robot.ctime[-100:], default=0.0):.1f}'}
+        self._statuses.publish(self._health.status(self._now(), self._frame))
+        return self._health.diagnosis(self._now())

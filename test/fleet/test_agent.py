@@ -1,4 +1,5 @@
 """A robot and its part in a mission, whatever comes first."""
+import threading
 from itertools import permutations
 
 import numpy as np
@@ -58,7 +59,10 @@ def test_the_order_of_map_and_mission_does_not_matter(order):
         order = [what for what in order if what != 'waiting']
     for what in order:
         for one in agents:
-            one.take_map(FREE, 0.0) if what == 'map' else one.follow({'waiting': WAITING, 'started': STARTED}[what])
+            if what == 'map':
+                one.take_map(FREE, 0.0)
+            else:
+                one.follow({'waiting': WAITING, 'started': STARTED}[what], 0.0)
     drive(agents, 0.0, 0.9)
     assert all(one.robot.mode is Mode.WAITING for one in agents)
     drive(agents, 1.0, 20.0)
@@ -86,7 +90,7 @@ def test_another_map_before_the_mission_makes_another_robot_that_its_peers_belie
     one, peer = agent(1), agent(2)
     for each in one, peer:
         each.take_map(FREE, 0.0)
-        each.follow(WAITING)
+        each.follow(WAITING, 0.0)
     drive([one, peer], 0.0, 5.0)
     one.take_map(OccupancyGrid(np.zeros((50, 40), np.int8), 0.1), 5.0)
     drive([one, peer], 5.0, 5.5)
@@ -96,7 +100,7 @@ def test_another_map_before_the_mission_makes_another_robot_that_its_peers_belie
 def test_a_map_during_the_mission_is_refused():
     one = agent()
     one.take_map(FREE, 0.0)
-    one.follow(STARTED)
+    one.follow(STARTED, 0.0)
     robot = one.robot
     with pytest.raises(InvalidInput, match='not used'):
         one.take_map(WALL, 0.5)
@@ -109,27 +113,27 @@ def test_a_map_during_the_mission_is_refused():
 def test_what_another_world_sim_announces_during_the_mission_is_refused(announcement):
     agents = agent(1, False), agent(2, False)
     for one in agents:
-        one.follow(STARTED)
+        one.follow(STARTED, 0.0)
     drive(agents, 1.0, 2.0)
     with pytest.raises(InvalidInput, match='mission m has started'):
-        agents[0].follow(announcement)
+        agents[0].follow(announcement, 0.0)
     drive(agents, 2.0, 20.0)
     assert agents[0].robot.is_done and 2 in agents[0].robot.heard()
 
 
 def test_a_stop_between_the_announcement_and_the_start_holds():
     one = agent(1, False)
-    one.follow(Announcement('m', State.STARTED, (1,), 1.0))
-    one.follow(Announcement('m', State.STOPPED, (1,), 1.0))
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0), 0.0)
+    one.follow(Announcement('m', State.STOPPED, (1,), 1.0), 0.0)
     drive([one], 0.0, 5.0)
     assert one.is_finished and len(one.robot.sol.plans) == 1 and one.robot.mode is Mode.STOPPED
 
 
 def test_a_stop_on_the_way_lets_it_come_to_rest():
     one = agent(1, False)
-    one.follow(Announcement('m', State.STARTED, (1,), 1.0))
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0), 0.0)
     drive([one], 0.0, 1.6)
-    one.follow(Announcement('m', State.STOPPED, (1,), 1.0))
+    one.follow(Announcement('m', State.STOPPED, (1,), 1.0), 0.0)
     plans = one.robot.sol.plans
     drive([one], 1.75, 10.0)
     assert one.is_finished and len(plans) > 1 and one.robot.sol.plans == plans
@@ -138,18 +142,18 @@ def test_a_stop_on_the_way_lets_it_come_to_rest():
 
 def test_a_mission_that_was_stopped_before_it_started_leaves_the_robot_free_for_another():
     one = agent(1, False)
-    one.follow(Announcement('m', State.WAITING, (1,)))
-    one.follow(Announcement('m', State.STOPPED, (1,)))
+    one.follow(Announcement('m', State.WAITING, (1,)), 0.0)
+    one.follow(Announcement('m', State.STOPPED, (1,)), 0.0)
     assert not one.is_finished
-    one.follow(Announcement('next', State.STARTED, (1,), 1.0))
+    one.follow(Announcement('next', State.STARTED, (1,), 1.0), 0.0)
     drive([one], 1.0, 10.0)
     assert one.robot.is_done
 
 
 def test_a_stop_that_came_before_the_map_is_not_forgotten():
     one = agent(1)
-    one.follow(Announcement('m', State.STARTED, (1,), 1.0))
-    one.follow(Announcement('m', State.STOPPED, (1,), 1.0))
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0), 0.0)
+    one.follow(Announcement('m', State.STOPPED, (1,), 1.0), 0.0)
     one.take_map(FREE, 2.0)
     drive([one], 2.0, 5.0)
     assert len(one.robot.sol.plans) == 1
@@ -157,24 +161,145 @@ def test_a_stop_that_came_before_the_map_is_not_forgotten():
 
 def test_a_mission_of_others_is_not_driven():
     one = agent(1, False)
-    one.follow(Announcement('m', State.STARTED, (2, 3), 0.0))
+    one.follow(Announcement('m', State.STARTED, (2, 3), 0.0), 0.0)
     drive([one], 0.0, 5.0)
     assert one.robot.mode is Mode.WAITING and not one.is_finished
 
 
-def test_the_elder_of_two_with_one_id_says_so():
+def test_of_two_processes_of_one_robot_the_younger_does_not_move_while_the_elder_speaks():
     elder, younger = agent(1, False, epoch=5), agent(1, False, epoch=6)
-    (message,) = younger.step(lambda: 0.0)
-    with pytest.raises(InvalidInput, match='robot 1 was started a second time'):
-        elder.receive(message, 0.0)
-    for message in elder.step(lambda: 0.0):
-        elder.receive(message, 0.0)
-        younger.receive(message, 0.0)
+    for one in elder, younger:
+        one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    for now in np.arange(0.0, 3.0, 0.25):
+        for message in elder.step(lambda: now):
+            elder.receive(message, now)
+            with pytest.raises(InvalidInput, match='the older process speaks'):
+                younger.receive(message, now)
+        for message in younger.step(lambda: now):
+            with pytest.raises(InvalidInput, match='the younger process is not to move'):
+                elder.receive(message, now)
+    assert len(younger.robot.sol.plans) == 1 and elder.robot.is_done
+    drive([younger], 3.0, 10.0)
+    assert younger.robot.is_done
+
+
+def test_what_is_said_while_it_plans_is_heard_before_it_plans_again():
+    one, peer = agent(1, False), agent(2, False)
+    for each in one, peer:
+        each.follow(WAITING, 0.0)
+    (message,) = peer.step(lambda: 0.0)
+    planning, heard = threading.Event(), threading.Event()
+
+    def clock():
+        planning.set()
+        assert heard.wait(10.0)
+        return 0.0
+
+    planner = threading.Thread(target=one.step, args=(clock,))
+    planner.start()
+    assert planning.wait(10.0)
+    one.receive(message, 0.0)
+    assert not one.has_answers and one.answers(0.0) == [] and not one.robot.heard()
+    heard.set()
+    planner.join(10.0)
+    one.step(lambda: 0.25)
+    assert list(one.robot.heard()) == [2]
+
+
+def test_messages_for_a_robot_that_plans_for_ever_do_not_pile_up_for_ever():
+    one = agent(1, False)
+    one.follow(WAITING, 0.0)
+    (message,) = agent(2, False).step(lambda: 0.0)
+    with one._turn:
+        reader = threading.Thread(target=lambda: [one.receive(message, 0.0) for _ in range(10_000)])
+        reader.start()
+        reader.join(30.0)
+        assert not reader.is_alive() and len(one._waiting) < 5000
+
+
+def test_each_plan_is_handed_over_to_be_driven_before_it_is_told():
+    driven = []
+    one = Agent(scene(False), 1, 5, 0.0, drive=lambda plan, epoch: driven.append(plan))
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    for now in np.arange(0.0, 5.0, 0.25):
+        (message,) = one.step(lambda: now)
+        assert driven == list(one.robot.sol.plans) and message.plan.end == pytest.approx(driven[-1].end)
+    assert one.robot.is_done
+
+
+def test_a_pause_of_the_mission_holds_and_its_start_lets_go():
+    one = agent(1, False)
+    started, paused = (Announcement('m', state, (1,), 0.0) for state in (State.STARTED, State.PAUSED))
+    one.follow(started, 0.0)
+    drive([one], 0.0, 0.6)
+    one.follow(paused, 0.6)
+    drive([one], 0.75, 3.0)
+    assert abs(one.robot.state(3.0)[3]) < 1e-6 and not one.robot.is_done and 'paused' in one.trouble
+    assert not one.is_finished
+    one.follow(started, 3.0)
+    drive([one], 3.0, 10.0)
+    assert one.robot.is_done and one.trouble == ''
+
+
+def test_a_robot_that_joins_a_paused_mission_waits_for_it_to_go_on():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.PAUSED, (1,), 0.0), 0.0)
+    drive([one], 0.0, 2.0)
+    assert len(one.robot.sol.plans) == 1
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 2.0)
+    drive([one], 2.0, 10.0)
+    assert one.robot.is_done
+
+
+def test_only_when_nothing_holds_it_any_more_it_drives_on():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    one.hold('pose', 'its pose is lost', 0.0)
+    one.hold('service', 'paused by ~/pause', 0.0)
+    one.release('pose', 0.0)
+    one.release('nothing', 0.0)
+    drive([one], 0.0, 3.0)
+    assert len(one.robot.sol.plans) == 1 and one.trouble == 'paused by ~/pause'
+    one.release('service', 3.0)
+    drive([one], 3.0, 10.0)
+    assert one.robot.is_done
+
+
+def test_a_body_that_stands_elsewhere_is_driven_from_there():
+    one = Agent(scene(), 1, 5, 0.0, is_placed=False)
+    one.take_map(FREE, 0.0)
+    assert one.robot is None and one.trouble == 'waiting for the pose'
+    one.place((3.0, 3.0, 1.0), 0.0)
+    assert one.robot.state(0.0)[:3] == pytest.approx((3.0, 3.0, 1.0))
+    with pytest.raises(InvalidInput, match='has a place already'):
+        one.place((1.0, 1.0, 0.0), 0.0)
+
+
+def test_a_goal_before_there_is_a_robot_is_refused():
+    one = agent(1)
+    with pytest.raises(InvalidInput, match='waiting for the map'):
+        one.set_goal((2, 2, 0), 0.0)
+    one.take_map(FREE, 0.0)
+    one.set_goal((2, 2, 0), 0.0)
+    assert one.robot.goal.tolist() == [2, 2, 0]
+
+
+def test_robots_of_one_fleet_do_not_all_plan_at_one_instant():
+    ids = tuple(range(1, 9))
+    specs = tuple(RobotSpec(eyed, (eyed, 1, 0), (eyed, 2, 0)) for eyed in ids)
+    eight = [Agent(Scene('m', specs, boundary=Boundary((0, 9), (0, 4))), eyed, 5, 0.0) for eyed in ids]
+    for each in eight:
+        each.follow(Announcement('m', State.WAITING, ids), 0.0)
+    begins = sorted((10.0 + each.until_cycle(10.0)) % 0.25 for each in eight)
+    assert min(np.diff([*begins, begins[0] + 0.25])) >= 0.0119
+    # And each of them just in time, or a little earlier, for a knot.
+    late = [(each.robot.phase - 10.0 - each.until_cycle(10.0)) % 0.125 for each in eight]
+    assert max(late) <= 4 * 0.012 + 1e-9
 
 
 def test_a_section_that_was_planned_for_too_long_is_dropped():
     one = agent(1, False)
-    one.follow(Announcement('m', State.STARTED, (1,), 0.0))
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     times = iter([1.0, 1.5])
     (message,) = one.step(lambda: next(times))
     assert len(one.robot.sol.plans) == 1 and message.plan.end == pytest.approx((1, 1))
@@ -193,7 +318,7 @@ def test_the_next_cycle_is_at_the_preferred_phase_and_neither_at_once_nor_late(n
 def test_what_is_agreed_between_two_steps_passes_through():
     agents = agent(1, False), agent(2, False)
     for one in agents:
-        one.follow(Announcement('m', State.STARTED, (1, 2), 0.0))
+        one.follow(Announcement('m', State.STARTED, (1, 2), 0.0), 0.0)
     owner, peer = agents
     for message in peer.step(lambda: 0.0):
         owner.receive(message, 0.0)

@@ -1,82 +1,26 @@
 """The robot, in process among messages of others, and as a process."""
 import signal
-from functools import partial
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from mobile_planning_msgs.msg import Contracts as ContractsMessage
 from mobile_planning_msgs.msg import JointPlan as JointPlanMessage
 from mobile_planning_msgs.msg import Mission as MissionMessage
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
-from mobile_planning_msgs.msg import Solution as SolutionMessage
-from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.srv import DescribeParameters
+from robot_fleet import WALL, Fleet
 from rosgraph_msgs.msg import Clock
 
 from mobile_planning.errors import InvalidInput, PlanningError
-from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import Contracts, Link, Mode, Offer, RobotMsg
 from mobile_planning.nodes import convert, convert_contracts, convert_mission, convert_robot, qos, wire
-from mobile_planning.nodes.convert import map_message, path_poses, seconds
-from mobile_planning.nodes.robot import RobotNode, RobotOptions
-from mobile_planning.world.occupancy_grid import OccupancyGrid
-
-FREE = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1)
-WALL = OccupancyGrid(np.full((40, 40), 100, np.int8), 0.1)
-#: Half a metre ahead, in quick sections.
-QUICK = {'start': [1.0, 1.0, 0.0], 'goal': [1.5, 1.0, 0.0], 'Tc': 0.1, 'Tp': 1.0}
-
-
-class Fleet:
-    """What the tests say to robots, and what they hear of them."""
-
-    def __init__(self, ros):
-        self._ros = ros
-        publish = ros.node.create_publisher
-        self._maps = publish(OccupancyGridMessage, '/map', qos.MAP)
-        self._missions = publish(MissionMessage, '/mission', qos.MISSION)
-        self.peers = publish(RobotMessage, '/robot_msgs', qos.robot_messages())
-        self.messages = ros.listen(RobotMessage, '/robot_msgs', qos.robot_messages(100))
-        self.solutions = ros.listen(SolutionMessage, '/solutions', qos.SOLUTION_READER)
-        self.diagnostics = ros.listen(DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
-
-    @property
-    def now(self):
-        """The robots' clock [s]."""
-        return self._ros.node.get_clock().now().nanoseconds * 1e-9
-
-    def robot(self, robot_id=1, **parameters):
-        """Start a robot."""
-        named = partial(RobotNode, cli_args=['--ros-args', '-r', f'__node:=robot_{abs(robot_id)}'])
-        return self._ros.add(named, robot_id=robot_id, **{**QUICK, **parameters})
-
-    def map(self, grid=FREE, frame='map'):
-        """Publish a map."""
-        self._maps.publish(map_message(grid, frame, self._ros.node.get_clock().now().to_msg()))
-
-    def announce(self, state, ids=(1,), start=0.0, name='m'):
-        """Announce a mission."""
-        self._missions.publish(convert_mission.mission_message(Announcement(name, state, tuple(ids), start), self.now))
-
-    def say(self, message):
-        """Publish what a peer says."""
-        self.peers.publish(convert_robot.robot_message(message, self.now, 'map'))
-
-    def hear(self, condition=lambda message: True):
-        """Return a robot's next message that meets the condition."""
-        self.messages.clear()
-        return self._ros.until(lambda: next(filter(condition, self.messages), None))
-
-    def diagnosis(self, condition=lambda status: True):
-        """Return a robot's next status that meets the condition, and its facts."""
-        self.diagnostics.clear()
-        status = self._ros.until(lambda: next(
-            (array.status[0] for array in self.diagnostics if condition(array.status[0])), None))
-        return status, {entry.key: entry.value for entry in status.values}
+from mobile_planning.nodes.convert import path_poses, seconds
+from mobile_planning.nodes.robot import RobotOptions
 
 
 @pytest.fixture
@@ -332,7 +276,7 @@ def test_every_parameter_has_a_description_and_every_number_a_range(ros, fleet):
     answer = ros.call(DescribeParameters, '/robot_1/describe_parameters', DescribeParameters.Request(names=names))
     assert all(entry.description and entry.read_only for entry in answer.descriptors)
     numbers = [entry for entry in answer.descriptors if entry.type in (2, 3)]
-    assert len(numbers) == 8 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
+    assert len(numbers) == 17 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -345,7 +289,7 @@ def test_as_a_process_it_stops_on_a_signal(fleet, start, scene, number):
 
 
 @pytest.mark.parametrize('arguments, words', [
-    (['-p', 'robot:=1'], 'did you mean robot_id'), (['-p', 'scene:=nowhere.yaml'], 'nowhere.yaml'),
+    (['-p', 'robo_id:=1'], 'did you mean robot_id'), (['-p', 'scene:=nowhere.yaml'], 'nowhere.yaml'),
     (['-p', 'robot_id:=one'], 'must be a int')])
 def test_as_a_process_it_ends_with_2_and_a_sentence_for_bad_parameters(start, arguments, words):
     code, out, err = start('robot', '--ros-args', *arguments).result()

@@ -1,0 +1,41 @@
+"""RobotHost: what the robots of one process share."""
+from __future__ import annotations
+
+from rclpy.node import Node
+
+from mobile_planning.nodes.body import ControlLoop
+from mobile_planning.nodes.fleet_bus import FleetBus
+from mobile_planning.nodes.guard import Guard
+from mobile_planning.nodes.robot_options import RobotOptions
+from mobile_planning.nodes.worker import Worker
+
+
+class RobotHost:
+    """The fleet's topics, a thread that plans, one that plans for groups, and one that drives the bodies.
+
+    The thread of the executor is left to listen and to answer.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        That has the topics.
+    guard : Guard
+    options : RobotOptions
+
+    Attributes
+    ----------
+    bus : FleetBus
+    worker, joint_worker : Worker
+    loop : ControlLoop
+    """
+
+    def __init__(self, node: Node, guard: Guard, options: RobotOptions):
+        self.bus = FleetBus(node, guard, options.frame_id)
+        self.worker, self.joint_worker = Worker(node), Worker(node)
+        self.loop = ControlLoop(options.control_rate, guard)
+
+    def close(self) -> None:
+        """End all threads; the bodies' is the last."""
+        self.worker.close()
+        self.joint_worker.close()
+        self.loop.close()

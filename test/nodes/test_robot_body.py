@@ -1,0 +1,209 @@
+"""The robot's body: simulated or real, with a planner that hangs or fails, poses that end, processes that restart."""
+import threading
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
+from mobile_planning_msgs.msg import RobotStatus
+from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.srv import DescribeParameters
+from robot_fleet import Fleet
+from std_srvs.srv import Trigger
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.announcement import State
+from mobile_planning.fleet.base import SimulatedBase
+from mobile_planning.nodes import qos, wire
+from mobile_planning.nodes.convert import header, path_poses, pose_message
+
+#: Two metres ahead.
+LONG = {'start': [1.0, 1.0, 0.0], 'goal': [3.0, 1.0, 0.0]}
+
+
+@pytest.fixture
+def fleet(ros):
+    """Return the `Fleet` of this test."""
+    return Fleet(ros)
+
+
+def is_still(odometry):
+    """Return whether the body stands."""
+    return odometry and abs(odometry[-1].twist.twist.linear.x) < 1e-3
+
+
+def where(odometry):
+    """Return where the body is."""
+    return odometry[-1].pose.pose.position.x, odometry[-1].pose.pose.position.y
+
+
+@pytest.fixture
+def hanging():
+    """Return a function that never comes back before the test is over."""
+    over = threading.Event()
+    yield lambda *_: over.wait(60.0) and []
+    over.set()
+
+
+def test_a_planner_that_hangs_leaves_the_executor_free_and_the_body_on_its_plan(ros, fleet, hanging, monkeypatch):
+    monkeypatch.setattr('mobile_planning.nodes.robot_health._HUNG', 0.5)
+    node = fleet.robot(**LONG)
+    odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
+    plans = ros.listen(Path, '/robot_1/plan', qos.PATH)
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: odometry and where(odometry)[0] > 1.3)
+    node._agent.step = hanging
+    status, facts = fleet.diagnosis(lambda status: 'planner has not answered' in status.message)
+    assert status.level == DiagnosticStatus.ERROR and int(facts['cycles missed']) > 1
+    answer = ros.call(DescribeParameters, '/robot_1/describe_parameters', DescribeParameters.Request(names=['Tc']))
+    assert answer.descriptors
+    ros.until(lambda: is_still(odometry))
+    assert where(odometry) == pytest.approx(path_poses(plans[-1])[-1][:2], abs=0.005)
+    assert where(odometry)[0] < 2.9
+
+
+def test_a_planner_that_fails_is_counted_and_tried_again(ros, fleet, monkeypatch):
+    node = fleet.robot(**LONG)
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    fleet.hear(lambda message: message.plan_seq)
+    with monkeypatch.context() as broken:
+        broken.setattr(node._agent, 'step', lambda clock: 1 / 0)
+        ros.until(lambda: node._guard.faults > 2)
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done
+
+
+def test_pause_and_resume_hold_the_robot_and_let_it_go(ros, fleet):
+    fleet.robot(**LONG)
+    odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
+    statuses = ros.listen(RobotStatus, '/robot_1/status', qos.live(1))
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: odometry and where(odometry)[0] > 1.2)
+    assert ros.call(Trigger, '/robot_1/pause').success
+    ros.until(lambda: is_still(odometry))
+    ros.until(lambda: any(status.trouble == 'paused by ~/pause' for status in statuses))
+    assert 1.2 < where(odometry)[0] < 2.5
+    assert ros.call(Trigger, '/robot_1/resume').message == 'the robot drives on'
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done and statuses[-1].tracking_error < 0.015
+
+
+def test_an_emergency_stop_of_the_mission_holds_all_until_it_goes_on(ros, fleet):
+    fleet.robot(1, start=[1.0, 1.0, 0.0], goal=[3.0, 1.0, 0.0])
+    fleet.robot(2, start=[1.0, 2.0, 0.0], goal=[3.0, 2.0, 0.0])
+    bodies = [ros.listen(Odometry, f'/robot_{eyed}/odom', qos.live()) for eyed in (1, 2)]
+    fleet.map()
+    start = fleet.now + 0.5
+    fleet.announce(State.STARTED, ids=(1, 2), start=start)
+    ros.until(lambda: all(body and where(body)[0] > 1.1 for body in bodies))
+    fleet.announce(State.PAUSED, ids=(1, 2), start=start)
+    ros.until(lambda: all(map(is_still, bodies)))
+    assert all(where(body)[0] < 2.6 for body in bodies)
+    fleet.announce(State.STARTED, ids=(1, 2), start=start)
+    ros.until(lambda: len(fleet.solutions) == 2)
+    assert all(solution.done for solution in fleet.solutions)
+
+
+def test_a_robot_that_is_killed_and_started_again_drives_on_from_where_its_body_stands(ros, fleet, tmp_path):
+    book = {'logbook': str(tmp_path / 'robot_{id}.json'), **LONG}
+    node = fleet.robot(**book)
+    odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: odometry and where(odometry)[0] > 1.4)
+    (first,) = {message.boot_epoch for message in fleet.messages}
+    ros.remove(node)
+    fleet.messages.clear()
+    fleet.robot(**book)
+    message = ros.until(lambda: next((message for message in fleet.messages if message.boot_epoch > first), None))
+    rest = np.array(message.latest_z)
+    assert message.boot_epoch > first and 1.4 < rest[0] < 3.01
+    assert np.allclose(message.control_points, np.tile(rest, len(message.control_points) // 2))
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done and fleet.solutions[0].boot_epoch > first
+    assert where(odometry)[0] == pytest.approx(3.0, abs=0.03)
+
+
+class RealBase:
+    """A base with a localisation, as the robot sees them from outside."""
+
+    def __init__(self, ros, pose, covariance=1e-7):
+        self._ros, self.base, self._covariance, self.is_localised = ros, SimulatedBase(pose), covariance, True
+        self._poses = ros.node.create_publisher(PoseWithCovarianceStamped, '/robot_1/pose', qos.live(1))
+        self.commands = ros.listen(TwistStamped, '/robot_1/cmd_vel', qos.live(1))
+        self._seen = None
+        ros.node.create_timer(0.02, self._tick)
+
+    def _tick(self):
+        now = self._ros.node.get_clock().now().nanoseconds * 1e-9
+        twist = self.commands[-1].twist if self.commands else None
+        if twist is not None and self._seen is not None:
+            self.base.drive((twist.linear.x, twist.angular.z), now - self._seen)
+        self._seen = now
+        if self.is_localised:
+            message = PoseWithCovarianceStamped(header=header('map', wire.stamp(now)))
+            message.pose.pose = pose_message(self.base.pose)
+            message.pose.covariance[0] = message.pose.covariance[7] = self._covariance
+            self._poses.publish(message)
+
+
+def test_a_real_base_is_driven_by_its_commands_from_where_its_localisation_says(ros, fleet):
+    base = RealBase(ros, (1.05, 1.02, 0.1))
+    fleet.robot(simulate=False, **LONG)
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    assert fleet.hear().latest_z == pytest.approx([1.05, 1.02], abs=1e-6)
+    ros.until(lambda: fleet.solutions)
+    assert base.commands[-1].header.frame_id == 'robot_1/base_link'
+    ros.until(lambda: abs(base.commands[-1].twist.linear.x) < 0.01)
+    assert base.base.pose[:2] == pytest.approx([3.0, 1.0], abs=0.03)
+
+
+def test_a_real_base_that_loses_its_localisation_comes_to_rest_and_drives_on_when_it_is_back(ros, fleet):
+    base = RealBase(ros, (1.0, 1.0, 0.0))
+    fleet.robot(simulate=False, **LONG)
+    statuses = ros.listen(RobotStatus, '/robot_1/status', qos.live(1))
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: base.base.pose[0] > 1.2)
+    base.is_localised = False
+    ros.until(lambda: statuses and 'no pose for more than 0.5 s' in statuses[-1].trouble
+              and abs(base.commands[-1].twist.linear.x) < 1e-3)
+    assert base.base.pose[0] < 2.8 and statuses[-1].pose_age > 0.5
+    base.is_localised = True
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done
+
+
+def test_a_pose_that_is_worse_than_the_margin_allows_is_an_error(ros, fleet):
+    RealBase(ros, (1.0, 1.0, 0.0), covariance=1e-4)
+    fleet.robot(simulate=False, **LONG)
+    fleet.map()
+    status, facts = fleet.diagnosis(lambda status: 'the pose may be wrong by 0.0303 m' in status.message)
+    assert status.level == DiagnosticStatus.ERROR and facts['localisation error [mm]'] == '30.3'
+
+
+def test_poses_that_make_no_sense_are_counted_and_passed_over(ros, fleet):
+    node = fleet.robot(simulate=False, **LONG)
+    poses = ros.node.create_publisher(PoseWithCovarianceStamped, '/robot_1/pose', qos.live(10))
+    fleet.map()
+    ros.until(poses.get_subscription_count)
+    for count, (frame, x) in enumerate([('odom', 1.0), ('', 1.0), ('map', float('nan'))], 1):
+        message = PoseWithCovarianceStamped(header=header(frame))
+        message.pose.pose.position.x = x
+        poses.publish(message)
+        ros.until(lambda: node._guard.rejected.total() == count)
+    status, _ = fleet.diagnosis()
+    assert status.message == 'waiting for the pose' and not fleet.messages
+
+
+@pytest.mark.parametrize('parameters, words', [
+    ({'margin': 0.02}, 'need 0.0250 m'), ({'u_max': [2.0, 5.0]}, r'clock_margin 0.005 s at 2.0 m/s'),
+    ({'localisation': 'gps'}, 'not pose or tf'), ({'robots': [1, 1]}, 'each once'),
+    ({'simulate': False, 'localisation': 'tf'}, 'tf2_ros is not installed')])
+def test_margins_that_do_not_add_up_and_other_impossible_parameters_are_refused(fleet, parameters, words):
+    with pytest.raises(InvalidInput, match=words):
+        fleet.robot(**parameters)
