@@ -17,6 +17,7 @@ from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.joint_request import JointRequest
 from mobile_planning.fleet.message import Contracts, Death, RobotMsg
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
@@ -275,6 +276,19 @@ class Agent:
             messages = self.robot.commit(section, now)
             self._hand_over()
             return messages
+
+    def take_request(self) -> JointRequest | None:
+        """Return the request for a joint plan that has fallen due in `step`, if any, once.
+
+        ``request.plan()`` may be called in any thread, while the agent goes on; its answer goes to `propose`.
+        """
+        with self._turn:
+            return None if self.robot is None else self.robot.take_request()
+
+    def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:
+        """Put in force at ``now`` [s] the joint plan that was requested; return what is to be sent."""
+        with self._turn:
+            return [] if self.robot is None else self.robot.propose(plan, now)
 
     # How it works
 

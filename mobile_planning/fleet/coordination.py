@@ -34,6 +34,8 @@ _GROUP, _AGAIN = 2.5, 12.0
 _HORIZONS = (10, 25)
 #: Whoever is about to propose waits so long [s] for one with a lower id that is, too.
 _DEFER = 0.75
+#: An answer to a request is waited for so long [s].
+_PATIENCE = 5.0
 #: A plan that a member lacks is said again so often [s].
 _REPEAT = 0.5
 #: A member that has left for a plan that is unknown here for so long [s] does not come back.
@@ -60,14 +62,13 @@ class Coordination:
     ----------
     status : JointStatus
         To be told to all in the message of a cycle.
-    request : JointRequest or None
-        For a plan that is due; its answer goes to `propose`.
     """
 
     def __init__(self, robot_id: int, environment: Environment, radius: float, v_max: float, *, boot_epoch: int = 1,
                  reach: float = 15.0):
         self.status = JointStatus()
-        self.request: JointRequest | None = None
+        self._request: JointRequest | None = None
+        self._requested_at = -np.inf
         self._id, self._boot, self._radius, self._v_max, self._reach = robot_id, boot_epoch, radius, v_max, reach
         self._environment = environment
         self._roadmaps: dict[tuple, Roadmap] = {}
@@ -107,7 +108,8 @@ class Coordination:
 
     def leave(self) -> None:
         """Take no further part in the plan in force, and make none: the others drop it when they hear of that."""
-        self._follower = self.request = self._proposing_since = None
+        self._follower = self._request = self._proposing_since = None
+        self._requested_at = -np.inf
         self.status = self._status(0.0)
 
     # What comes in
@@ -149,7 +151,7 @@ class Coordination:
                stalled: float, standing: Sequence[tuple[ArrayLike, float]] = ()) -> list[JointPlan]:
         """Bring way and status up to date at ``now`` [s]; return the plans to be said again.
 
-        Where a new plan is due ``request`` is set: see `propose`.
+        Where a new plan is due there is a request for it: see `take_request`.
 
         Parameters
         ----------
@@ -165,18 +167,24 @@ class Coordination:
         """
         position, plan_end, goal = (np.asarray(each, float) for each in (position, plan_end, goal))
         self._follow(now, position, plan_end)
-        if self.request is None and self._is_due(now, plan_end, goal, is_done, stalled):
-            self.request = self._request(now, plan_end, goal, stalled, standing)
+        if now - self._requested_at > _PATIENCE and self._is_due(now, plan_end, goal, is_done, stalled):
+            self._request = self._made_request(now, plan_end, goal, stalled, standing)
+            self._requested_at = -np.inf if self._request is None else now
         said = self._said_again(now)
         self.status = self._status(0.0 if is_done or self._follower is not None else stalled)
         return said
 
+    def take_request(self) -> JointRequest | None:
+        """Return the request for a plan that has fallen due, if any, once; its answer goes to `propose`."""
+        request, self._request = self._request, None
+        return request
+
     def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:
-        """Put in force what came of ``request`` at ``now`` [s]; return what is to be sent.
+        """Put in force what came of a request at ``now`` [s]; return what is to be sent.
 
         A plan that comes after a newer one is dropped.
         """
-        self.request = None
+        self._requested_at = -np.inf
         if plan is None or not self._is_newer(plan):
             return []
         self._remember(plan)
@@ -296,7 +304,7 @@ class Coordination:
                 if not self._is_silent(other, now) and message.mode is not Mode.STOPPED
                 and np.linalg.norm(message.plan.end - plan_end) < self._reach}
 
-    def _request(self, now, plan_end, goal, stalled, standing):
+    def _made_request(self, now, plan_end, goal, stalled, standing):
         """Return the request for a plan for all around; None where none can be made."""
         roadmap, lanes = self._roadmap(), self._lane_finder()
         if roadmap is None:

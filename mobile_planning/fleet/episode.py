@@ -29,6 +29,8 @@ ANSWER_DELAY = 0.03
 _LEAD = 1.0
 #: A certificate is said again so often [s].
 _CERTIFICATE_EVERY = 1.0
+#: A joint plan is thought about for so long [s] a member, evenly drawn between these.
+_THOUGHT = (0.004, 0.0125)
 
 
 class Episode:
@@ -73,7 +75,7 @@ class Episode:
         faults.require_known([robot.eyed for robot in robots])
         _require_margins(robots, faults.skew)
         # Each purpose has its own numbers: one more message does not change how long a section takes.
-        phases, self._solve_rng, self._channel_rng = np.random.default_rng(seed).spawn(3)
+        phases, self._solve_rng, self._channel_rng, self._thought_rng = np.random.default_rng(seed).spawn(4)
         self._channel, self._faults, self._errands = channel, faults, errands
         self._given = {robot.eyed: [robot.goal] for robot in robots}
         self.refused: list[str] = []
@@ -201,6 +203,10 @@ class Episode:
         self._look_around(now, vehicle)
         vehicle.is_solving = False
         self._say(now, vehicle, vehicle.robot.commit(section, vehicle.clock(now)), sender=vehicle.eyed)
+        request = vehicle.robot.take_request()
+        if request is not None:
+            thought = len(request.ids) * self._thought_rng.uniform(*_THOUGHT)
+            self._push(now + thought, self._propose, vehicle, request, life=vehicle.life)
         waiting, vehicle.inbox = vehicle.inbox, []
         for message in waiting:
             vehicle.robot.receive(message, vehicle.clock(now))
@@ -220,6 +226,11 @@ class Episode:
             vehicle.robot.set_goal(goal, vehicle.clock(now))
         except PlanningError as error:
             self.refused.append(f'{error}')
+
+    def _propose(self, now, vehicle, request):
+        """Beside the cycle, another thread has made a joint plan."""
+        plans = vehicle.robot.propose(request.plan(), vehicle.clock(now))
+        self._say(now, vehicle, plans, sender=vehicle.eyed)
 
     def _hear(self, now, vehicle, message):
         if not vehicle.is_alive:

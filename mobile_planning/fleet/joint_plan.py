@@ -15,11 +15,14 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from mobile_planning.fleet import pebbles
+from mobile_planning.fleet.pebble_refinement import best_steps
 from mobile_planning.fleet.pebbles import Instance, Steps
 from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
 
-#: Between two bodies, beside their radii [m]: room for a contract's line.
-GAP = 0.035
+#: Between two bodies, beside their radii [m]: room for a contract's line, and room to pass at speed.
+GAP, WIDE = 0.035, 0.25
+#: Configurations, one a search, for a plan that passes everybody at speed.
+_WIDE_LIMITS = (300, 300)
 #: A start this near to the goal is the goal [m].
 _HOME = 0.01
 #: What leaves a tight place may come nearer by this [m]: rounding.
@@ -83,9 +86,12 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
     horizon : int, optional
         Steps after which the ways end; by default they are whole.
     """
+    urgency = [member.urgency for member in members]
     instance, places = make_instance(roadmap, members, standing)
-    steps = pebbles.solve(instance, [member.urgency for member in members], rng)
-    steps = pebbles.refined(instance, steps, rng)
+    wide, _ = make_instance(roadmap, members, standing, WIDE)
+    steps = best_steps(wide, urgency, rng, _WIDE_LIMITS)
+    if not steps.is_solved:
+        steps = best_steps(instance, urgency, rng)
     is_whole = steps.is_solved and (horizon is None or horizon >= len(steps.edges))
     if horizon is not None:
         steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)
@@ -94,7 +100,8 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
 
 
 def make_instance(roadmap: Roadmap, members: Sequence[Member],
-                  standing: Sequence[tuple[ArrayLike, float]] = ()) -> tuple[Instance, NDArray[np.float64]]:
+                  standing: Sequence[tuple[ArrayLike, float]] = (), gap: float = GAP
+                  ) -> tuple[Instance, NDArray[np.float64]]:
     """Return the instance of a group on a roadmap, and its places (n, 2) [m].
 
     The starts and goals are places of their own, each for one robot only: first all starts, then all goals, after the
@@ -115,10 +122,10 @@ def make_instance(roadmap: Roadmap, members: Sequence[Member],
     usable[owners, np.arange(len(roadmap.edges), len(edges))] = room
     _avoid(usable, places, edges, starts, radii, base, standing)
 
-    needs = radii[:, None] + radii + GAP
+    needs = radii[:, None] + radii + gap
     sums, kinds = np.unique(needs.round(6), return_inverse=True)
     kinds = kinds.reshape(count, count).astype(np.int64)
-    tables = [_conflicts(roadmap, float(distance), places, edges, own, base) for distance in sums]
+    tables = [_conflicts(roadmap, float(distance), gap, places, edges, own, base) for distance in sums]
     close, swept = (np.array([table[i] for table in tables]) for i in range(2))
     lengths = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
     at, home = base + np.arange(count), base + count + np.arange(count)
@@ -160,7 +167,7 @@ def _avoid(usable, places, edges, starts, radii, base, standing):
         usable[i] &= (gaps >= need).all(axis=1)
 
 
-def _conflicts(roadmap, distance, places, edges, own, base):
+def _conflicts(roadmap, distance, gap, places, edges, own, base):
     """Return which places are too close for two robots (n, n), and which edges are to places (m, n)."""
     count, few = len(own) // 2, len(roadmap.edges)
     close = np.zeros((len(places), len(places)), bool)
@@ -168,7 +175,7 @@ def _conflicts(roadmap, distance, places, edges, own, base):
     close[:base, :base], swept[:few, :base] = roadmap.conflicts(distance)
     gaps = np.linalg.norm(own[:, None] - places, axis=2)
     # Starts and goals are what they are: robots do rest there together.
-    gaps[:, base:] += GAP
+    gaps[:, base:] += gap
     close[base:], close[:, base:] = gaps < distance, (gaps < distance).T
     swept[:few, base:] = distances(places[edges[:few, 0]], places[edges[:few, 1]], own) < distance
     new = edges[few:]
@@ -176,7 +183,7 @@ def _conflicts(roadmap, distance, places, edges, own, base):
     need = np.full(apart.shape, distance)
     between = np.linalg.norm(own[:, None] - own, axis=2)
     # Only places where two can rest together; from where they start they do, whatever was heard.
-    between[between < distance - GAP - 1e-6] = np.inf
+    between[between < distance - gap - 1e-6] = np.inf
     between[:count, :count] = np.linalg.norm(own[:count, None] - own[:count], axis=2)
     for end in new.T:
         is_own = end >= base

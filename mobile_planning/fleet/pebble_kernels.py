@@ -84,7 +84,7 @@ def replan(first, targets, by, usable, lengths, to_go, close, swept, kinds, plac
     places, edges : (T + 1, O), (T, O)
         Where the others are before and after each step, and along which edge they move.
     wait, extra : float [m]
-        A step without a move costs ``wait``, a move its length and ``extra``.
+        A step without a move costs ``wait``, a move its length, ``wait`` at least, and ``extra``.
     limit : int
         Places and times looked at; both arrays are empty where that is not enough, or where there is no way.
     """
@@ -119,7 +119,7 @@ def replan(first, targets, by, usable, lengths, to_go, close, swept, kinds, plac
                 v, e = targets[k], by[k]
                 if not usable[e]:
                     continue
-                total = so_far + lengths[e] + extra
+                total = so_far + max(lengths[e], wait) + extra
             if total >= cost[t + 1, v] - 1e-9 or to_go[v] == np.inf:
                 continue
             is_free = True

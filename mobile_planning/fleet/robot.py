@@ -20,6 +20,7 @@ from mobile_planning.fleet.contracts import ROUNDING, Contract, build, room
 from mobile_planning.fleet.coordination import Coordination
 from mobile_planning.fleet.guidance import Guidance, Neighbour
 from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.joint_request import JointRequest
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.protocol import Protocol
@@ -161,6 +162,7 @@ class Robot:
         self._guidance = self._guidance_to(kine_model.z_final, kine_model.z_init)
         self._guidance.prepare()
         self._coordination = Coordination(self.eyed, self.environment, self.limits.radius, v_max, boot_epoch=int(epoch))
+        self._coordination.prepare()
         self._horizon = self._horizon_to(kine_model.z_final)
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
         self._plans, self._commits, self._section_times = [first], [np.nan], []
@@ -314,8 +316,25 @@ class Robot:
         self.protocol.observe(seen, now, self.state(now)[:2])
 
     def step(self, now: float) -> list[RobotMsg | Contracts | JointPlan]:
-        """Plan and commit the next section at ``now`` [s] and return the messages for all peers."""
-        return self.commit(self.plan_section(now), now)
+        """Plan and commit the next section at ``now`` [s], and a joint plan if one is due; return all messages."""
+        messages = self.commit(self.plan_section(now), now)
+        request = self.take_request()
+        return messages if request is None else messages + self.propose(request.plan(), now)
+
+    def take_request(self) -> JointRequest | None:
+        """Return the request for a joint plan that has fallen due in `commit`, if any, once.
+
+        ``request.plan()`` takes some ten milliseconds or more and touches nothing of the robot: it can be called in
+        another thread, while the robot goes on. Its answer goes to `propose`; until then no other plan falls due.
+        """
+        return self._coordination.take_request()
+
+    def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:
+        """Put in force at ``now`` [s] the joint ``plan`` that was requested; return what is to be sent.
+
+        None says that none could be made. A plan that comes after a newer one is dropped.
+        """
+        return self._coordination.propose(plan, now)
 
     def plan_section(self, now: float) -> Section:
         """Return the next section as planned at ``now`` [s]; nothing changes until it is committed."""
@@ -559,16 +578,14 @@ class Robot:
             self._least_left, self._progress_at = left, now
 
     def _coordinate(self, now):
-        """Take part in joint plans; return those to be sent."""
+        """Take part in joint plans; return those to be said again."""
         if self._is_paused:
             # A plan that came before the others knew would count on this robot.
             self._coordination.leave()
         if self._is_paused or now < self._mission_start - _EARLY:
             return []
-        said = self._coordination.update(now, self.state(now)[:2], self.plan.end, self.k_mod.z_final, self.is_done,
+        return self._coordination.update(now, self.state(now)[:2], self.plan.end, self.k_mod.z_final, self.is_done,
                                          now - self._progress_at, self.protocol.discs())
-        request = self._coordination.request
-        return said if request is None else said + self._coordination.propose(request.plan(), now)
 
     def _look_around(self, now):
         """Predict a crowd on the way from what was heard, now and then."""

@@ -138,6 +138,15 @@ class RobotNode(Node):
         finally:
             self._is_planning = False
         self._say(messages)
+        await self._plan_jointly()
+
+    async def _plan_jointly(self):
+        """Make the joint plan that is due, if any, beside the cycles."""
+        host, agent = self._host, self._agent
+        request = None if self._is_planning else agent.take_request()
+        if request is not None:
+            plan = await host.joint_worker.submit(request.plan)
+            self._say(await host.worker.submit(lambda: agent.propose(plan, self._now())))
 
     def _step(self):
         """Plan, in the thread of the worker."""

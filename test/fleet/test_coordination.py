@@ -58,8 +58,9 @@ class Body:
     def step(self, now):
         own = self.coordination
         said = own.update(now, self.place, self.place, self.goal, self.is_home and not own.calls, self.stalled)
-        if own.request is not None:
-            said += own.propose(own.request.plan(), now)
+        request = own.take_request()
+        if request is not None:
+            said += own.propose(request.plan(), now)
         self.stalled = 0.0 if own.is_following else self.stalled + CYCLE
         way, left = own.way(self.place), CYCLE
         for point in () if way is None else way[1:] if len(way) > 1 else way:
@@ -113,7 +114,8 @@ def test_they_get_through_when_a_third_of_the_messages_is_lost(seed):
 
 def test_the_others_get_home_past_one_that_falls_silent():
     bodies = through_the_door()
-    drive(bodies, 1.0)
+    bodies[0].place[:] = -2.2, -1.6
+    drive(bodies, 0.5)
     bodies[0].is_dead = True
     drive(bodies, 90.0)
     assert all(body.is_home for body in bodies[1:])
@@ -140,15 +142,15 @@ def coordination(robot_id=2, others=(), now=0.0, environment=None):
 def test_nobody_proposes_as_long_as_there_is_progress():
     own = coordination()
     for now in np.arange(0, 20, CYCLE):
-        assert own.update(now, (0, 0), (0, 0), (3, 0), False, 0.5) == [] and own.request is None
+        assert own.update(now, (0, 0), (0, 0), (3, 0), False, 0.5) == [] and own.take_request() is None
 
 
 def test_a_stalled_robot_says_that_it_is_about_to_propose_and_then_does():
     own = coordination()
     own.update(0.0, (0, 0), (0, 0), (3, 0), False, 2.0)
-    assert own.request is None and own.status.is_proposing
+    assert own.take_request() is None and own.status.is_proposing
     own.update(0.25, (0, 0), (0, 0), (3, 0), False, 2.25)
-    plans = own.propose(own.request.plan(), 0.25)
+    plans = own.propose(own.take_request().plan(), 0.25)
     assert len(plans) == 1 and own.is_following and own.status.version == plans[0].version
     assert np.allclose(plans[0].ways[0][-1], (3, 0))
 
@@ -158,7 +160,7 @@ def test_who_is_at_its_goal_does_not_propose(plan_end, is_done):
     own = coordination()
     for now in (0.0, 0.25, 0.5):
         own.update(now, (0, 0), plan_end, (3, 0), is_done, 9.0)
-        assert own.request is None
+        assert own.take_request() is None
 
 
 def test_of_two_that_are_about_to_propose_the_lower_id_does_and_the_other_only_after_a_while():
@@ -167,7 +169,7 @@ def test_of_two_that_are_about_to_propose_the_lower_id_does_and_the_other_only_a
     for now in np.arange(0.0, 2.0, CYCLE):
         own.hear(rival, now)
         own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0)
-        times.append((now, own.request is not None))
+        times.append((now, own.take_request() is not None))
     assert next(now for now, proposes in times if proposes) == 0.75
 
 
@@ -176,7 +178,7 @@ def test_robots_that_will_meet_in_a_lane_plan_before_they_do():
     own = coordination(2, [facing], environment=doorway())
     for now in (0.0, 0.25):
         own.update(now, (-1.5, 0.0), (-1.5, 0.0), (1.5, 0.0), False, 0.0)
-    assert own.request is not None and own.request.ids == (1, 2)
+    assert own.take_request().ids == (1, 2)
 
 
 @pytest.mark.parametrize('other', [message(1, (-2.0, 0.3), (1.5, 0.3)), message(1, (1.5, 0.3), (2.0, -1.0)),
@@ -186,7 +188,7 @@ def test_robots_that_will_not_meet_in_a_lane_need_no_plan(other):
     own = coordination(2, [other], environment=doorway())
     for now in (0.0, 0.25):
         own.update(now, (-1.5, 0.0), (-1.5, 0.0), (1.5, 0.0), False, 0.0)
-    assert own.request is None
+    assert own.take_request() is None
 
 
 def test_a_robot_that_is_due_again_asks_more_and_plans_further():
@@ -197,8 +199,9 @@ def test_a_robot_that_is_due_again_asks_more_and_plans_further():
         own.hear(message(3, (4, 0), (3, -3)), now)
         own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0)
         own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0)
-        sizes.append((own.request.ids, own.request.horizon))
-        own.request = None
+        request = own.take_request()
+        sizes.append((request.ids, request.horizon))
+        own.propose(None, now)
         own._proposing_since = None
     assert sizes == [((1, 2), 10), ((1, 2, 3), 25), ((1, 2, 3), MAX_MOVES)]
 
@@ -208,17 +211,38 @@ def test_who_is_silent_or_stopped_is_planned_around():
     own.hear(message(3, (0, 1), mode=Mode.STOPPED), 5.0)
     for now in (5.0, 5.25):
         own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0)
-    assert own.request.ids == (2,)
-    assert sorted(place.tolist() for place, _ in own.request.standing) == [[0.0, 1.0], [2.0, 0.0]]
+    request = own.take_request()
+    assert request.ids == (2,)
+    assert sorted(place.tolist() for place, _ in request.standing) == [[0.0, 1.0], [2.0, 0.0]]
 
 
 def test_a_plan_that_comes_after_a_newer_one_is_dropped():
     own = coordination(2, [message(1)])
     for now in (0.0, 0.25):
         own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0)
-    late = own.request.plan()
+    late = own.take_request().plan()
     own.hear(joint_plan(epoch=7), 0.3)
     assert own.propose(late, 0.4) == [] and own.status.version != late.version
+
+
+def test_a_request_is_handed_out_once_and_the_next_only_when_it_has_been_answered():
+    own, due = coordination(2, [message(1)]), []
+    for now in np.arange(0.0, 3.0, CYCLE):
+        if now == 2.0:
+            own.propose(None, now)
+        own.hear(message(1), now)
+        own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0 + now)
+        due += [now] if own.take_request() is not None else []
+        assert own.take_request() is None
+    assert due == [0.25, 2.0]
+
+
+def test_a_request_that_is_never_answered_is_made_anew_after_a_while():
+    own, due = coordination(2), []
+    for now in np.arange(0.0, 12.0, CYCLE):
+        own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0 + now)
+        due += [now] if own.take_request() is not None else []
+    assert due == [0.25, 5.5, 10.75]
 
 
 # Which plan counts

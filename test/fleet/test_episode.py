@@ -30,6 +30,7 @@ class Scribe:
     phase: float = 0.1
     margin: float = 0.005
     plan: Plan = None
+    request: object = None
     log: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -51,6 +52,14 @@ class Scribe:
 
     def commit(self, section, now):
         self.log.append(('commit', now, section))
+        return [self._say()]
+
+    def take_request(self):
+        request, self.request = self.request, None
+        return request
+
+    def propose(self, plan, now):
+        self.log.append(('propose', now, plan))
         return [self._say()]
 
     def receive(self, message, now):
@@ -123,6 +132,15 @@ def test_a_section_is_committed_after_the_time_that_it_takes():
     run(a, b, solve=SolveTime(0.05, 0.1), until=10.0)
     took = times(a, 'commit') - np.array([section for _, section in a.of('commit')])
     assert took.min() >= 0.05 and took.max() <= 0.1 and np.ptp(took) > 0.02
+
+
+def test_a_joint_plan_is_thought_about_beside_the_cycle_once_for_each_request():
+    a, b = pair()
+    a.request = SimpleNamespace(ids=(1, 2), plan=lambda: 'a plan')
+    run(a, b, until=3.0)
+    (when, plan), = a.of('propose')
+    assert plan == 'a plan' and 0.008 <= when - times(a, 'commit')[0] <= 0.025 and not b.of('propose')
+    assert np.diff(times(a, 'plan')) == pytest.approx(TC)
 
 
 def test_a_section_that_takes_longer_than_a_cycle_costs_the_cycles_in_between():

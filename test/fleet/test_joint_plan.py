@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from mobile_planning import Boundary, Environment, PolygonObstacle
 from mobile_planning.fleet import pebbles
 from mobile_planning.fleet.joint_plan import GAP, Member, make_instance, plan_jointly
+from mobile_planning.fleet.pebble_refinement import refined
+from mobile_planning.fleet.pebble_search import search, solve
 from mobile_planning.fleet.pebbles import Instance
 from mobile_planning.fleet.roadmap import Roadmap
 
@@ -101,7 +103,7 @@ def small_instances(draw):
 @given(small_instances(), st.integers(0, 3))
 def test_lacam_solves_just_what_can_be_solved(instance, seed):
     rng = np.random.default_rng(seed)
-    found = pebbles.search(instance, np.zeros(instance.count), rng, 200_000)
+    found = search(instance, np.zeros(instance.count), rng, 200_000)
     assert found.is_solved == can_be_solved(instance)
     here = play(instance, found)
     if found.is_solved:
@@ -112,30 +114,30 @@ def test_lacam_solves_just_what_can_be_solved(instance, seed):
 @given(small_instances(), st.integers(0, 3))
 def test_refined_steps_are_no_worse_and_lead_home_too(instance, seed):
     rng = np.random.default_rng(seed)
-    found = pebbles.search(instance, np.zeros(instance.count), rng, 2000)
-    refined = pebbles.refined(instance, found, rng, 20)
+    found = search(instance, np.zeros(instance.count), rng, 2000)
+    better = refined(instance, found, rng, 20)
     if found.is_solved:
-        assert np.array_equal(play(instance, refined), instance.goals)
-        costs = [sum(pebbles.cost(instance, edges) for edges in steps.edges.T) for steps in (found, refined)]
-        worst = [max(pebbles.cost(instance, edges) for edges in steps.edges.T) for steps in (found, refined)]
+        assert np.array_equal(play(instance, better), instance.goals)
+        costs = [sum(pebbles.cost(instance, edges) for edges in steps.edges.T) for steps in (found, better)]
+        worst = [max(pebbles.cost(instance, edges) for edges in steps.edges.T) for steps in (found, better)]
         assert worst[1] + 0.5 * costs[1] / instance.count <= worst[0] + 0.5 * costs[0] / instance.count + 1e-6
 
 
 def test_a_lone_robot_takes_the_shortest_way():
     instance = graph_instance([(0, 1), (1, 2), (2, 3), (0, 4), (4, 3)], [0], [3])
-    steps = pebbles.refined(instance, pebbles.solve(instance, [0.0], np.random.default_rng(0)),
-                            np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    steps = refined(instance, solve(instance, [0.0], rng), rng)
     assert steps.places[:, 0].tolist() == [0, 4, 3]
 
 
 def test_two_swap_in_a_line_with_one_pocket():
     instance = graph_instance([(0, 1), (1, 2), (1, 3)], [0, 2], [2, 0])
-    assert pebbles.solve(instance, [0.0, 0.0], np.random.default_rng(0)).is_solved
+    assert solve(instance, [0.0, 0.0], np.random.default_rng(0)).is_solved
 
 
 def test_nobody_rotates_on_a_full_ring():
     instance = graph_instance([(0, 1), (1, 2), (2, 0)], [0, 1, 2], [1, 2, 0])
-    assert not pebbles.solve(instance, [0.0] * 3, np.random.default_rng(0)).is_solved
+    assert not solve(instance, [0.0] * 3, np.random.default_rng(0)).is_solved
 
 
 def crossing_members(rng, count):
@@ -214,7 +216,7 @@ def test_bodies_of_different_size_keep_the_distance_of_each_pair():
     roadmap = Roadmap(Environment(Boundary((0, 5), (0, 5))), 0.15, 0.4)
     members = [Member((1, 1), (4, 4), 0.4), Member((4, 4), (1, 1), 0.15), Member((1, 4), (4, 1), 0.4)]
     instance, _ = make_instance(roadmap, members)
-    steps = pebbles.solve(instance, [0.0] * 3, np.random.default_rng(0))
+    steps = solve(instance, [0.0] * 3, np.random.default_rng(0))
     assert steps.is_solved
     assert np.array_equal(play(instance, steps), instance.goals)
     assert len(instance.close) == 3
