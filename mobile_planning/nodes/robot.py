@@ -134,24 +134,19 @@ class RobotNode(Node):
             return
         self._is_planning = True
         try:
-            messages = await self._host.worker.submit(self._health.timed(self._step))
+            messages, request = await self._host.worker.submit(self._health.timed(self._step))
         finally:
             self._is_planning = False
         self._say(messages)
-        await self._plan_jointly()
-
-    async def _plan_jointly(self):
-        """Make the joint plan that is due, if any, beside the cycles."""
-        host, agent = self._host, self._agent
-        request = None if self._is_planning else agent.take_request()
         if request is not None:
-            plan = await host.joint_worker.submit(request.plan)
-            self._say(await host.worker.submit(lambda: agent.propose(plan, self._now())))
+            # A joint plan takes longer than a cycle may.
+            plan = await self._host.joint_worker.submit(request.plan)
+            self._say(await self._host.worker.submit(lambda: self._agent.propose(plan, self._now())))
 
     def _step(self):
-        """Plan, in the thread of the worker."""
+        """Plan, in the thread of the worker; return the messages, and the request for a joint plan if one is due."""
         self._health.heed(self._now())
-        return self._agent.step(self._now)
+        return self._agent.step(self._now), self._agent.take_request()
 
     def _on_answers(self):
         self._answering.cancel()
