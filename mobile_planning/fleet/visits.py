@@ -15,7 +15,7 @@ def visits(track: Track, near: float, turned: float) -> list[float]:
     ``turned`` [rad] of the heading. A goal counts only after all goals before it, each with a span of its own.
     """
     knots = np.arange(0, max(int(track.last[-1]), 0) + len(track.body.goals) + 1)
-    spans = track.at(track.in_force(knots), knots)
+    spans = track.at(track.driven(knots), knots)
     stands = ~track.velocity[spans].any(axis=(1, 2)) & (track.turn[spans] == 0.0)
     times, since = [], 0
     for goal in track.body.goals:
