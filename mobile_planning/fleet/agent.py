@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.itinerary import How, Itinerary
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import JointRequest
 from mobile_planning.fleet.message import Contracts, Death, RobotMsg
@@ -65,6 +66,8 @@ class Agent:
         None while the map or the place is unknown, or not fit.
     epoch : int
         Of the robot; grows with each robot that is made for another map.
+    itinerary : Itinerary
+        Where it drives after the goal that it has.
 
     Raises
     ------
@@ -86,6 +89,7 @@ class Agent:
         self._holds: dict[str, str] = {}
         self._turn, self._waiting = threading.RLock(), deque(maxlen=_WAITING)
         self._driven, self._is_placed = -1, is_placed
+        self.itinerary, self._is_at_goal = Itinerary(robot_id, scene.errands()), False
         if not scene.on_map:
             self._make(now)
 
@@ -101,7 +105,7 @@ class Agent:
     @property
     def is_finished(self) -> bool:
         """Whether the robot has driven its mission: it is done, or was stopped."""
-        return self.robot is not None and (self.robot.is_done or self._is_stopped)
+        return self.robot is not None and (self._is_at_goal and not self.itinerary.left or self._is_stopped)
 
     @property
     def mission_start(self) -> float:
@@ -214,20 +218,31 @@ class Agent:
             if self._holds.pop(reason, None) is not None and not self._holds and self.robot is not None:
                 self.robot.resume(now)
 
-    def set_goal(self, goal: ArrayLike, now: float) -> None:
-        """Drive to ``goal`` (3,) [m, m, rad] instead.
+    def set_goals(self, goals: Sequence[ArrayLike], how: How, now: float) -> None:
+        """Drive to ``goals``, (3,) [m, m, rad] each, one after the other.
 
         Raises
         ------
         InvalidInput
-            There is no robot yet, or the goal is no pose.
+            There is no robot yet, or no goal, or one that is no pose.
+        LimitExceeded
+            They are too many.
         PlanningError
-            The body does not fit there, or nothing leads there; the old goal stands.
+            The body does not fit at one of them, or nothing leads to the first. The old goals stand.
         """
         with self._turn:
             if self.robot is None:
-                raise InvalidInput(f'robot {self._id} has no goal yet: {self.trouble}')
-            self.robot.set_goal(goal, now)
+                raise InvalidInput(f'robot {self._id} takes no goal yet: {self.trouble}')
+            if not len(goals):
+                raise InvalidInput('no goal is given')
+            for goal in goals:
+                self.robot.require_goal(goal)
+            if how is How.APPEND:
+                self.itinerary.take(goals, how)
+                return
+            self.robot.set_goal(goals[0], now)
+            self._is_at_goal = False
+            self.itinerary.take([*goals[1:], goals[0]] if how is How.REPEAT else goals[1:], how)
 
     def receive(self, message: Message, now: float) -> None:
         """Take in what a robot, or somebody who vouches for its death, says.
@@ -275,6 +290,7 @@ class Agent:
                 section = replace(section, new=None)
             messages = self.robot.commit(section, now)
             self._hand_over()
+            self._go_on(now)
             return messages
 
     def take_request(self) -> JointRequest | None:
@@ -302,6 +318,24 @@ class Agent:
         if len(plans) != self._driven:
             self._driven = len(plans)
             self._drive(plans[-1], self.epoch)
+
+    def _go_on(self, now):
+        """Drive to the next goal, where one was reached."""
+        if not self.robot.is_done:
+            return
+        self.itinerary.reached += not self._is_at_goal
+        self._is_at_goal = True
+        taken = [(message.goal, message.radius) for message in self.robot.heard().values()]
+        goal = self.itinerary.next_goal(now - self.mission_start, taken)
+        if goal is not None:
+            self._is_at_goal = False
+            try:
+                self.robot.set_goal(goal, now)
+                self._holds.pop('goal', None)
+            except PlanningError as error:
+                # It stays where it is, and goes on to the goal after this one.
+                self._holds['goal'] = f'a goal is left out: {error}'
+                self._is_at_goal = True
 
     def _notice_twin(self, message, now):
         if message.boot_epoch == self.epoch:

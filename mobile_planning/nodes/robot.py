@@ -10,18 +10,18 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
-from std_srvs.srv import Trigger
 
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.message import RobotMsg
 from mobile_planning.nodes import convert, qos, wire
 from mobile_planning.nodes.body import Body
 from mobile_planning.nodes.diagnostics import Diagnostics
-from mobile_planning.nodes.guard import Guard, tell_sentence
+from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.parameters import Parameters
 from mobile_planning.nodes.robot_health import RobotHealth
 from mobile_planning.nodes.robot_host import RobotHost
 from mobile_planning.nodes.robot_options import RobotOptions
+from mobile_planning.nodes.robot_services import RobotServices
 
 # What falls due within this time [s] goes out in one message.
 _ANSWER_AFTER = 0.03
@@ -62,8 +62,7 @@ class RobotNode(Node):
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
         self._statuses = self.create_publisher(RobotStatus, '~/status', qos.live(1))
         guarded, steady, aside = self._guard.callback, Clock(clock_type=ClockType.STEADY_TIME), ReentrantCallbackGroup()
-        for name, act in (('~/pause', self._on_pause), ('~/resume', self._on_resume)):
-            self.create_service(Trigger, name, self._guard.service(act, tell_sentence), callback_group=aside)
+        RobotServices(self, self._guard, options, self._agent, self._now, self._host.worker.submit)
         self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), callback_group=aside, clock=steady)
         self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
         self._answering.cancel()
@@ -154,7 +153,7 @@ class RobotNode(Node):
 
     def _say(self, messages):
         agent = self._agent
-        self._host.bus.say(messages, agent.mission_start, 0, agent.roster)
+        self._host.bus.say(messages, agent.mission_start, agent.itinerary.reached, agent.roster)
         for message in messages:
             if isinstance(message, RobotMsg) and (message.boot_epoch, message.plan_seq) != self._shown:
                 self._shown = message.boot_epoch, message.plan_seq
@@ -164,16 +163,6 @@ class RobotNode(Node):
             self._host.bus.hand_in(agent.robot.sol, agent.epoch)
             self.get_logger().info('at the goal' if agent.robot.is_done else 'stopped on the way')
         self._has_reported = agent.is_finished
-
-    async def _on_pause(self, _request, response):
-        await self._host.worker.submit(self._agent.hold, 'service', 'paused by ~/pause', self._now())
-        response.success, response.message = True, 'the robot comes to rest'
-        return response
-
-    async def _on_resume(self, _request, response):
-        await self._host.worker.submit(self._agent.release, 'service', self._now())
-        response.success, response.message = True, self._agent.trouble or 'the robot drives on'
-        return response
 
     def _diagnosis(self):
         self._statuses.publish(self._health.status(self._now(), self._frame))

@@ -82,9 +82,11 @@ class RobotHealth:
             robot_id=int(self._options.robot_id if robot is None else robot.eyed),
             tracking_error=float(body.tracking_error), localisation_error=float(body.localisation_error),
             clock_error=float(self.clock_error()), pose_age=float(body.pose_age), margin=float(self._options.margin),
-            silent=sorted(self._silent))
+            silent=sorted(self._silent), goals_left=self._agent.itinerary.left,
+            goals_reached=self._agent.itinerary.reached)
         if robot is not None:
             message.mode, message.goal = int(robot.mode), pose_message(robot.goal)
+            message.goals_left += not self._agent.is_finished
         return message
 
     def diagnosis(self, now: float) -> tuple[Level, str, dict[str, object]]:

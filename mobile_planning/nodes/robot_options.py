@@ -41,6 +41,7 @@ class RobotOptions:
     Tp: float = option(3.0, 'length of a plan, 4 to 50 Tc [s]', low=0.2, high=60.0, read_only=True)
     budget: float = option(0.08, 'to plan a section; what takes longer is dropped [s]', low=0.0, high=10.0,
                            read_only=True)
+    takes_goal_pose: bool = option(False, 'drive to what comes on /goal_pose, as RViz sends it', read_only=True)
     frame_id: str = option('map', 'frame of all poses', read_only=True)
     simulate: bool = option(True, 'simulate the base and publish ~/odom; else drive a real one by ~/cmd_vel',
                             read_only=True)

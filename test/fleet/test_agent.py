@@ -5,9 +5,10 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from mobile_planning.errors import InvalidInput, StartOccupied
+from mobile_planning.errors import InvalidInput, PlanningError, StartOccupied
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.message import Contracts, Mode
 from mobile_planning.fleet.scene import RobotSpec, Scene
 from mobile_planning.world.environment import Boundary
@@ -275,13 +276,59 @@ def test_a_body_that_stands_elsewhere_is_driven_from_there():
         one.place((1.0, 1.0, 0.0), 0.0)
 
 
-def test_a_goal_before_there_is_a_robot_is_refused():
+def test_goals_before_there_is_a_robot_are_refused():
     one = agent(1)
     with pytest.raises(InvalidInput, match='waiting for the map'):
-        one.set_goal((2, 2, 0), 0.0)
+        one.set_goals([(2, 2, 0)], How.REPLACE, 0.0)
     one.take_map(FREE, 0.0)
-    one.set_goal((2, 2, 0), 0.0)
+    one.set_goals([(2, 2, 0)], How.REPLACE, 0.0)
     assert one.robot.goal.tolist() == [2, 2, 0]
+
+
+def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    one.set_goals([(2, 2, 0), (3, 2, 0)], How.REPLACE, 0.0)
+    one.set_goals([(3, 3, 0)], How.APPEND, 0.0)
+    stops = []
+    for now in np.arange(0.0, 30.0, 0.25):
+        one.step(lambda: now)
+        stops.append(tuple(one.robot.goal[:2].tolist()))
+    assert list(dict.fromkeys(stops)) == [(2, 2), (3, 2), (3, 3)]
+    assert one.is_finished and one.itinerary.reached == 3
+    one.set_goals([(1, 1, 0)], How.APPEND, 30.0)
+    assert not one.is_finished
+    drive([one], 30.0, 45.0)
+    assert one.is_finished and one.itinerary.reached == 4
+    assert one.robot.state(45.0)[:2] == pytest.approx((1, 1), abs=0.03)
+
+
+def test_goals_may_be_driven_to_over_and_over():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    one.set_goals([(1.5, 1, 0), (1, 1, 0)], How.REPEAT, 0.0)
+    drive([one], 0.0, 40.0)
+    assert one.itinerary.reached > 5 and not one.is_finished
+    one.set_goals([(1.5, 1.5, 0)], How.REPLACE, 40.0)
+    drive([one], 40.0, 50.0)
+    assert one.is_finished
+
+
+@pytest.mark.parametrize('goals', [[], [(2, 2, 0), (9, 9, 0)], [(2, 2)], [(np.nan, 2, 0)], [(2, 2, 0)] * 1001])
+def test_goals_that_make_no_sense_leave_everything_as_it_was(goals):
+    one = agent(1, False)
+    with pytest.raises(PlanningError):
+        one.set_goals(goals, How.APPEND, 0.0)
+    assert one.robot.goal.tolist() == [2, 1, 0] and one.itinerary.left == 0
+
+
+def test_the_goals_of_a_scene_are_driven_to_in_turn():
+    spec = RobotSpec(1, (1, 1, 0), (3, 1, 0), via=((2, 1, 0),))
+    one = Agent(Scene('m', (spec,), boundary=Boundary((0, 4), (0, 4))), 1, 5, 0.0)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    drive([one], 0.0, 12.0)
+    assert one.is_finished and one.itinerary.reached == 2
+    assert one.robot.state(12.0)[:2] == pytest.approx((3, 1), abs=0.03)
 
 
 def test_robots_of_one_fleet_do_not_all_plan_at_one_instant():

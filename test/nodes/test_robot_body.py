@@ -4,18 +4,19 @@ import threading
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from mobile_planning_msgs.msg import RobotStatus
+from mobile_planning_msgs.srv import SetGoal
 from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.srv import DescribeParameters
 from robot_fleet import Fleet
 from std_srvs.srv import Trigger
 
-from mobile_planning.errors import InvalidInput
+from mobile_planning.errors import GoalOutside, InvalidInput, UnknownFrame
 from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.base import SimulatedBase
 from mobile_planning.nodes import qos, wire
-from mobile_planning.nodes.convert import header, path_poses, pose_message
+from mobile_planning.nodes.convert import header, path_poses, pose_message, pose_stamped
 
 #: Two metres ahead.
 LONG = {'start': [1.0, 1.0, 0.0], 'goal': [3.0, 1.0, 0.0]}
@@ -89,6 +90,41 @@ def test_pause_and_resume_hold_the_robot_and_let_it_go(ros, fleet):
     assert ros.call(Trigger, '/robot_1/resume').message == 'the robot drives on'
     ros.until(lambda: fleet.solutions)
     assert fleet.solutions[0].done and statuses[-1].tracking_error < 0.015
+
+
+def goal_request(*places, how=SetGoal.Request.REPLACE, frame='map'):
+    """Return the request to drive to places in turn."""
+    return SetGoal.Request(how=how, goals=[pose_stamped((*place, 0.0), frame) for place in places])
+
+
+def test_goals_are_taken_refused_with_a_code_and_counted(ros, fleet):
+    fleet.robot(goal=[1.5, 1.0, 0.0])
+    statuses = ros.listen(RobotStatus, '/robot_1/status', qos.live(1))
+    assert ros.call(SetGoal, '/robot_1/set_goal', goal_request((2.0, 2.0))).error_code == InvalidInput.code
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    fleet.hear(lambda message: message.plan_seq)
+    for request, code in ((goal_request((9.0, 9.0)), GoalOutside.code), (goal_request(), InvalidInput.code),
+                          (goal_request((2.0, 2.0), frame='odom'), UnknownFrame.code),
+                          (goal_request((2.0, 2.0), how=9), InvalidInput.code)):
+        answer = ros.call(SetGoal, '/robot_1/set_goal', request)
+        assert answer.error_code == code and answer.error_msg
+    assert ros.call(SetGoal, '/robot_1/set_goal', goal_request((1.5, 1.5), (1.0, 1.5))).error_code == 0
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[-1].done
+    ros.until(lambda: statuses[-1].goals_reached == 2 and statuses[-1].goals_left == 0)
+    assert fleet.hear().latest_z == pytest.approx([1.0, 1.5], abs=0.03) and fleet.messages[-1].goals_reached == 2
+
+
+def test_a_chosen_robot_drives_to_what_is_clicked(ros, fleet):
+    fleet.robot(takes_goal_pose=True)
+    clicks = ros.node.create_publisher(PoseStamped, '/goal_pose', qos.live(1))
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    fleet.hear(lambda message: message.plan_seq)
+    ros.until(clicks.get_subscription_count)
+    clicks.publish(pose_stamped((1.0, 1.6, 0.0), 'map'))
+    fleet.hear(lambda message: message.done_planning and message.latest_z[1] > 1.57)
 
 
 def test_an_emergency_stop_of_the_mission_holds_all_until_it_goes_on(ros, fleet):

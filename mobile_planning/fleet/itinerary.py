@@ -1,0 +1,92 @@
+"""Itinerary: the goals of one robot, from a person, a program or its scene."""
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import LimitExceeded
+from mobile_planning.fleet.errands import Errands
+
+#: Goals of one robot.
+MAX_GOALS = 1000
+
+
+class How(IntEnum):
+    """What becomes of the goals that a robot has when it is given others."""
+
+    REPLACE = 0
+    APPEND = 1
+    REPEAT = 2
+
+
+class Itinerary:
+    """What a robot drives to after the goal that it has.
+
+    Parameters
+    ----------
+    robot_id : int
+    errands : Errands, optional
+        Asked when nobody has said where to drive.
+
+    Attributes
+    ----------
+    reached : int
+        Goals at which the robot has arrived.
+
+    Examples
+    --------
+    >>> itinerary = Itinerary(1)
+    >>> itinerary.take([(1, 1, 0), (2, 1, 0)], How.REPEAT)
+    >>> [itinerary.next_goal(0.0, ()).tolist() for _ in range(3)]
+    [[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]]
+    """
+
+    def __init__(self, robot_id: int, errands: Errands | None = None):
+        self.reached = 0
+        self._id, self._errands = robot_id, errands
+        self._goals: deque[NDArray[np.float64]] = deque()
+        self._repeats = False
+
+    @property
+    def left(self) -> int:
+        """Goals that are known and to come."""
+        return len(self._goals)
+
+    def take(self, goals: Sequence[ArrayLike], how: How) -> None:
+        """Drive to ``goals``, (3,) [m, m, rad] each, after the one at hand.
+
+        Raises
+        ------
+        LimitExceeded
+            They are too many.
+        """
+        kept = len(self._goals) if how is How.APPEND else 0
+        if kept + len(goals) > MAX_GOALS:
+            raise LimitExceeded(f'robot {self._id} would have {kept + len(goals)} goals, the limit is {MAX_GOALS}')
+        if how is not How.APPEND:
+            # Who says where to drive knows better than the scene.
+            self._goals.clear()
+            self._errands = None
+        self._repeats = how is How.REPEAT or self._repeats and how is How.APPEND
+        self._goals.extend(np.array(goal, float) for goal in goals)
+
+    def next_goal(self, now: float, taken: Sequence[tuple[ArrayLike, float]]) -> NDArray[np.float64] | None:
+        """Return the pose (3,) [m, m, rad] to drive to next, None to stay.
+
+        Parameters
+        ----------
+        now : float [s]
+            Since the start of the mission.
+        taken : sequence of ((2,) array_like [m], float [m])
+            The goals and radii of the others.
+        """
+        if self._goals:
+            goal = self._goals.popleft()
+            if self._repeats:
+                self._goals.append(goal)
+            return goal
+        return None if self._errands is None else self._errands.next_goal(self._id, now, taken)

@@ -1,0 +1,69 @@
+"""RobotServices: what people and programs may ask of one robot."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from geometry_msgs.msg import PoseStamped
+from mobile_planning_msgs.srv import SetGoal
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.agent import Agent
+from mobile_planning.fleet.itinerary import How
+from mobile_planning.nodes import qos
+from mobile_planning.nodes.convert import configuration
+from mobile_planning.nodes.guard import Guard, tell_code, tell_sentence
+from mobile_planning.nodes.robot_options import RobotOptions
+
+
+class RobotServices:
+    """``~/set_goal``, ``~/pause`` and ``~/resume``, and ``/goal_pose`` for the robot that listens to it.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        That has them.
+    guard : Guard
+    options : RobotOptions
+    agent : Agent
+    now : callable
+        Returns the common time [s].
+    submit : callable
+        Lets the worker do something, and returns the future of its result.
+    """
+
+    def __init__(self, node: Node, guard: Guard, options: RobotOptions, agent: Agent, now: Callable[[], float],
+                 submit: Callable[..., Future]):
+        self._agent, self._frame, self._now, self._submit = agent, options.frame_id, now, submit
+        aside = ReentrantCallbackGroup()
+        for kind, name, act, fail in ((SetGoal, '~/set_goal', self._on_set_goal, tell_code),
+                                      (Trigger, '~/pause', self._on_pause, tell_sentence),
+                                      (Trigger, '~/resume', self._on_resume, tell_sentence)):
+            node.create_service(kind, name, guard.service(act, fail), callback_group=aside)
+        if options.takes_goal_pose:
+            node.create_subscription(PoseStamped, '/goal_pose', guard.callback(self._on_goal_pose), qos.live(1),
+                                     callback_group=aside)
+
+    async def _on_set_goal(self, request, response):
+        if request.how not in list(How):
+            raise InvalidInput(f'how is {request.how}, not 0 to {max(How)}')
+        goals = [configuration(goal, self._frame, f'goal {index}') for index, goal in enumerate(request.goals)]
+        await self._submit(self._agent.set_goals, goals, How(request.how), self._now())
+        return response
+
+    async def _on_goal_pose(self, message):
+        goal = configuration(message, self._frame, '/goal_pose')
+        await self._submit(self._agent.set_goals, [goal], How.REPLACE, self._now())
+
+    async def _on_pause(self, _request, response):
+        await self._submit(self._agent.hold, 'service', 'paused by ~/pause', self._now())
+        response.success, response.message = True, 'the robot comes to rest'
+        return response
+
+    async def _on_resume(self, _request, response):
+        await self._submit(self._agent.release, 'service', self._now())
+        response.success, response.message = True, self._agent.trouble or 'the robot drives on'
+        return response
