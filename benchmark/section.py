@@ -4,6 +4,7 @@ Nine robots change places among ten obstacles, so that each has ten obstacles an
 that a moving robot plans on its way is captured as it is planned, without a change to the product: its quadratic
 programs, and what the robot knew. Then the same programs are solved by our solver, compiled and in numpy, by OSQP and
 by daqp, and the same sections as nonlinear programs by scipy's SLSQP with analytic Jacobians, from the plan in force.
+At last sections are timed among more and fewer obstacles, as dense as before in a larger hall, and robots.
 
 Times are the thread's on its processor. "gap" is the objective beyond that of our solver, relative. SLSQP is "bad"
 where its answer violates a constraint at a sample by more than 1e-3 or it gives up. Wants daqp; without it that line is
@@ -26,6 +27,9 @@ from mobile_planning.fleet.scene import RobotSpec, Scene
 
 PACKAGES = ('numpy', 'scipy', 'numba', 'osqp', 'daqp')
 ROBOTS, OBSTACLES = 9, 10
+#: Obstacles and robots of the worlds whose sections are compared; of each so many sections, from the first seconds.
+SIZES = (*((count, ROBOTS) for count in (0, 10, 50, 200)), *((OBSTACLES, count + 1) for count in (0, 4, 8, 16, 32)))
+SECTIONS, SECONDS = 40, 3.0
 
 
 @dataclass
@@ -40,18 +44,25 @@ class Captured:
 
 
 def crowd(seed, obstacles, robots):
-    """Return a scene of robots on a circle of radius 3 m that drive to the place opposite, among random circles."""
+    """Return a scene of robots on a circle of radius 3 m that drive to the place opposite, among random circles.
+
+    Ten circles lie within; more are as dense all over a larger disc.
+    """
     rng = np.random.default_rng(seed)
     centres, radii = np.empty((0, 2)), np.empty(0)
+    most = 2.2 if obstacles <= OBSTACLES else 2.2 * np.sqrt(obstacles / OBSTACLES) + 1.0
     while len(radii) < obstacles:
-        centre, radius = rng.uniform(-2.2, 2.2, 2), rng.uniform(0.1, 0.2)
-        if np.linalg.norm(centre) < 2.2 and (np.linalg.norm(centres - centre, axis=1) - radii - radius >= 0.5).all():
+        centre, radius = rng.uniform(-most, most, 2), rng.uniform(0.1, 0.2)
+        from_middle = np.linalg.norm(centre)
+        is_free = from_middle < 2.2 or 3.8 < from_middle < most
+        if is_free and (np.linalg.norm(centres - centre, axis=1) - radii - radius >= 0.5).all():
             centres, radii = np.vstack([centres, centre]), np.append(radii, radius)
     angles = 2 * np.pi * np.arange(robots) / robots
     places = 3 * np.column_stack([np.cos(angles), np.sin(angles)]) + rng.uniform(-0.1, 0.1, (robots, 2))
     specs = [RobotSpec(index + 1, (*place, angle + np.pi), (-place[0], -place[1], angle + np.pi))
              for index, (place, angle) in enumerate(zip(places.tolist(), angles.tolist()))]
-    return Scene('crowd', tuple(specs), tuple(map(RoundObstacle, centres, radii.tolist())), Boundary((-5, 5), (-5, 5)))
+    hall = Boundary(*2 * [(-max(5, most + 1), max(5, most + 1))])
+    return Scene('crowd', tuple(specs), tuple(map(RoundObstacle, centres, radii.tolist())), hall)
 
 
 @contextmanager
@@ -108,7 +119,7 @@ def watch(robot, sections, circles, robots):
     robot.plan_section = planning
 
 
-def capture(seeds, obstacles=OBSTACLES, robots=ROBOTS):
+def capture(seeds, obstacles=OBSTACLES, robots=ROBOTS, timeout=30.0):
     """Return the sections of the missions of some seeds, one of their robots, and the Hessian all have in common."""
     sections, hessians = [], []
     for seed in seeds:
@@ -118,7 +129,7 @@ def capture(seeds, obstacles=OBSTACLES, robots=ROBOTS):
         circles = np.array([(*obstacle.centroid, obstacle.radius) for obstacle in scene.obstacles])
         for robot in simulation.robots.values():
             watch(robot, sections, circles, robots)
-        simulation.run(seed, timeout=30.0, check=False)
+        simulation.run(seed, timeout=timeout, check=False)
     return sections, robot, hessians[0]
 
 
@@ -200,6 +211,20 @@ def compare_sections(hessian, sections, robot):
           f'{np.median(np.divide(theirs, ours)):.1f}x in the median section')
 
 
+def compare_sizes():
+    """Print a line for each number of obstacles and of conflicts."""
+    print(f'\n{"obstacles":>9} {"conflicts":>9} {"sections":>9} {"programs":>9} '
+          f'{"min":>8} {"median":>8} {"p99":>8} [ms]')
+    for obstacles, robots in SIZES:
+        sections, seed = [], 0
+        while len(sections) < SECTIONS:
+            sections += capture([seed], obstacles, robots, SECONDS)[0]
+            seed += 1
+        programs = np.mean([len(section.programs) for section in sections])
+        print(f'{obstacles:>9} {robots - 1:>9} {len(sections):>9} {programs:>9.2f} '
+              f'{milliseconds([section.seconds for section in sections])}', flush=True)
+
+
 def milliseconds(seconds):
     """Return least, median and 99th percentile as text."""
     return ' '.join(f'{1e3 * value:>8.3f}' for value in np.percentile(seconds, (0, 50, 99)))
@@ -211,15 +236,20 @@ def main():
     parser.add_argument('--seeds', type=int, nargs=2, default=(0, 3), metavar=('FIRST', 'END'))
     parser.add_argument('--obstacles', type=int, default=OBSTACLES)
     parser.add_argument('--robots', type=int, default=ROBOTS, help='one more than there are conflicts')
+    parser.add_argument('--sizes', action='store_true', help='only compare numbers of obstacles and conflicts')
     parser.add_argument('--sections', type=int, default=200, help='so many of the captured ones, spread evenly')
     options = parser.parse_args()
     installed = {item.metadata['Name'] for item in metadata.distributions()}
     print(f'Python {platform.python_version()},',
           ', '.join(f'{package} {metadata.version(package)}' for package in PACKAGES if package in installed))
+    if options.sizes:
+        compare_sizes()
+        return
     sections, robot, hessian = capture(range(*options.seeds), options.obstacles, options.robots)
     sections = sections[::max(1, len(sections) // options.sections)]
     compare_programs(hessian, [program for section in sections for program in section.programs])
     compare_sections(hessian, sections, robot)
+    compare_sizes()
 
 
 if __name__ == '__main__':

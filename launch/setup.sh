@@ -178,11 +178,14 @@ install_package() {
         --force-reinstall "./$copy"
     rm -rf "$copy"
 
-    # numba takes a compiled kernel for stale when the time of its file changes. A time made from the content of all
-    # kernels keeps them compiled when something else changed, and none of them when one did.
+    # numba takes a compiled kernel for stale when its own file changes, and overlooks that another one did from which
+    # it has taken in something: all of them go when any has changed, and none when something else did.
     site=$(echo .venv/lib/python3.*/site-packages/mobile_planning)
-    content=$(find "$site" -name '*_kernels.py' -print0 | LC_ALL=C sort -z | xargs -0 cat | sha256sum | cut -c 1-7)
-    find "$site" -name '*_kernels.py' -exec touch -d "@$((16#$content))" {} +
+    content=$(find "$site" -name '*_kernels.py' -print0 | LC_ALL=C sort -z | xargs -0 cat | sha256sum)
+    if [[ $content != $(cat .venv/kernels 2> /dev/null) ]]; then
+        find "$site" -name '*.nb[ic]' -delete
+    fi
+    echo "$content" > .venv/kernels
 
     # pip puts executables into bin/; `ros2 run` looks here.
     rm -rf .venv/lib/mobile_planning

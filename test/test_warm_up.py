@@ -1,4 +1,5 @@
 """Kernels are compiled by the set-up, not by the first request."""
+import ast
 from importlib import import_module
 from pathlib import Path
 
@@ -27,3 +28,10 @@ def test_a_kernel_is_compiled_once_its_module_is_imported(kernel):
 def test_a_kernel_lets_other_threads_run_and_is_cached(kernel):
     assert kernel.targetoptions['nogil']
     assert kernel._cache.cache_path
+
+
+@pytest.mark.parametrize('module', kernel_modules())
+def test_kernels_compile_in_nothing_from_files_that_numba_does_not_watch(module):
+    source = Path(import_module(module).__file__).read_text()
+    froms = [node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
+    assert [name for name in froms if name.startswith('mobile_planning') and name not in kernel_modules()] == []

@@ -20,9 +20,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+# All of these are in `qp_kernels` once more.
 SOLVED, INFEASIBLE, LIMIT, BAD_INPUT = range(4)
-
-# The kernels use these too: numba's cache does not notice when they change here, so touch that file as well.
 #: A row violated by less, plus the rounding of numbers as large as those of x, is satisfied.
 FEASIBLE, ROUNDING = 1e-9, 1e-13
 #: Share of |d|^2 in |d2|^2 below which a normal depends on the active ones; for a mere guess the demand is higher.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mobile_planning.fleet import fences
 from mobile_planning.fleet.bspline import bezier, keeps_turn_rate
 from mobile_planning.fleet.fences import Fences
-from mobile_planning.fleet.section import Departure, Limits, SectionProblem, shorten
+from mobile_planning.fleet.section import Departure, SectionProblem, shorten
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.world.convex_pieces import ConvexPieces
 
@@ -31,26 +31,19 @@ class Horizon:
 
     Parameters
     ----------
-    limits : Limits
-    step : float [s]
-        Between knots.
-    spans : int
-        Length of a section.
+    problem : SectionProblem
+        With limits, knots and the length of a section.
     goal : (2,) ndarray [m]
     pieces : ConvexPieces
         The static world.
-    solver : str
-        Of `QuadraticProgram`.
     reverse : bool
         Whether the robot may drive backwards.
     """
 
-    def __init__(self, limits: Limits, step: float, spans: int, goal: NDArray, pieces: ConvexPieces, *,
-                 solver: str = 'active_set', reverse: bool = False):
-        self._limits, self._step, self._spans = limits, step, spans
+    def __init__(self, problem: SectionProblem, goal: NDArray, pieces: ConvexPieces, *, reverse: bool = False):
+        self._problem, self._limits, self._step, self._spans = problem, problem.limits, problem.step, problem.spans
         self._goal, self._pieces, self._reverse = goal, pieces, reverse
-        self._walls = fences.of_walls(pieces, spans, limits.radius)
-        self._problem = SectionProblem(limits, step, spans, solver)
+        self._walls = fences.of_walls(pieces, problem.spans, problem.limits.radius)
 
     def plan(self, old: NDArray, heading: float, reference: NDArray,
              own: Fences) -> tuple[NDArray[np.float64] | None, float]:

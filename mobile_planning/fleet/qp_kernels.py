@@ -9,8 +9,11 @@ None holds the GIL.
 import numpy as np
 from numba import b1, f8, i8, njit, types
 
-from mobile_planning.fleet.active_set import (
-    BAD_INPUT, DEPENDENT, FEASIBLE, INFEASIBLE, LEAST_RATE, LIMIT, ROUNDING, SOLVED, TINY, WELL_INDEPENDENT)
+# What these mean stands in `active_set`, which has the same; numba's cache would not notice a change over there.
+SOLVED, INFEASIBLE, LIMIT, BAD_INPUT = range(4)
+FEASIBLE, ROUNDING = 1e-9, 1e-13
+DEPENDENT, WELL_INDEPENDENT = 1e-14, 1e-8
+TINY, LEAST_RATE = 1e-100, 1e-14
 
 # Arrays that are only read may be read-only.
 MATRIX = types.Array(f8, 2, 'C', readonly=True)

@@ -26,7 +26,7 @@ from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.protocol import Protocol
 from mobile_planning.fleet.roundabout import Roundabout, predict_crowd, updated
 from mobile_planning.fleet.horizon import Horizon, rest_index
-from mobile_planning.fleet.section import Limits, shorten
+from mobile_planning.fleet.section import Limits, SectionProblem, shorten
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.world.convex_pieces import ConvexPieces
@@ -163,6 +163,7 @@ class Robot:
         self._guidance.prepare()
         self._coordination = Coordination(self.eyed, self.environment, self.limits.radius, v_max, boot_epoch=int(epoch))
         self._coordination.prepare()
+        self._problem = SectionProblem(self.limits, self._step, self._spans, solver)
         self._horizon = self._horizon_to(kine_model.z_final)
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
         self._plans, self._commits, self._section_times = [first], [np.nan], []
@@ -196,8 +197,7 @@ class Robot:
         return guidance
 
     def _horizon_to(self, goal):
-        return Horizon(self.limits, self._step, self._spans, goal, self._pieces, solver=self._made['solver'],
-                       reverse=self._reverse)
+        return Horizon(self._problem, goal, self._pieces, reverse=self._reverse)
 
     def _room_at(self, place):
         """Return how far [m] a place (2,) is from the static world; what is farther than twice the radius counts so."""

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobile_planning import InvalidInput
+from mobile_planning.fleet import active_set, qp_kernels
 from mobile_planning.fleet.qp import QuadraticProgram
 
 POINTS = 10
@@ -325,3 +326,8 @@ def test_without_numba_the_same_answer_comes_from_numpy():
             'print(QuadraticProgram([[1.0]]).solve([-3.0], [[-1.0]], [-2.0]).x)')
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert done.stdout == '[2.]\n', done.stderr
+
+
+@pytest.mark.parametrize('name', [name for name in vars(active_set) if name.isupper()])
+def test_a_number_has_the_same_value_compiled(name):
+    assert getattr(qp_kernels, name) == getattr(active_set, name)
