@@ -46,22 +46,24 @@ class Captured:
 def crowd(seed, obstacles, robots):
     """Return a scene of robots on a circle of radius 3 m that drive to the place opposite, among random circles.
 
-    Ten circles lie within; more are as dense all over a larger disc.
+    Ten circles lie within; more are as dense all over a larger disc. Many robots stand on a larger circle.
     """
     rng = np.random.default_rng(seed)
     centres, radii = np.empty((0, 2)), np.empty(0)
-    most = 2.2 if obstacles <= OBSTACLES else 2.2 * np.sqrt(obstacles / OBSTACLES) + 1.0
+    ring = max(3.0, 0.8 * robots / (2 * np.pi))
+    most = 2.2 if obstacles <= OBSTACLES else 2.2 * np.sqrt(obstacles / OBSTACLES) + ring - 2.0
     while len(radii) < obstacles:
         centre, radius = rng.uniform(-most, most, 2), rng.uniform(0.1, 0.2)
         from_middle = np.linalg.norm(centre)
-        is_free = from_middle < 2.2 or 3.8 < from_middle < most
+        is_free = from_middle < 2.2 or ring + 0.8 < from_middle < most
         if is_free and (np.linalg.norm(centres - centre, axis=1) - radii - radius >= 0.5).all():
             centres, radii = np.vstack([centres, centre]), np.append(radii, radius)
     angles = 2 * np.pi * np.arange(robots) / robots
-    places = 3 * np.column_stack([np.cos(angles), np.sin(angles)]) + rng.uniform(-0.1, 0.1, (robots, 2))
+    places = ring * np.column_stack([np.cos(angles), np.sin(angles)]) + rng.uniform(-0.1, 0.1, (robots, 2))
     specs = [RobotSpec(index + 1, (*place, angle + np.pi), (-place[0], -place[1], angle + np.pi))
              for index, (place, angle) in enumerate(zip(places.tolist(), angles.tolist()))]
-    hall = Boundary(*2 * [(-max(5, most + 1), max(5, most + 1))])
+    side = max(5.0, ring + 1.0, most + 1.0)
+    hall = Boundary((-side, side), (-side, side))
     return Scene('crowd', tuple(specs), tuple(map(RoundObstacle, centres, radii.tolist())), hall)
 
 
