@@ -1,4 +1,6 @@
 """Cases of the fleet's benchmarks: a family of scenarios with its parameters, as the command line names it."""
+from dataclasses import replace
+
 import numpy as np
 
 from mobile_planning.errors import InvalidInput
@@ -13,21 +15,27 @@ CASES = ('heritage', 'swap:robots=2', 'swap:robots=4', 'swap:robots=8', 'swap:ro
 def scene_of(case, seed):
     """Return the scene of ``case``, written ``family:parameter=number,...``.
 
+    With ``endless=seconds`` among the parameters robots are given new goals for so long.
+
     Raises
     ------
     InvalidInput
         There is no such case.
     """
     family, _, listed = case.partition(':')
-    parameters = {}
+    parameters, endless = {}, 0.0
     for entry in filter(None, listed.split(',')):
         key, _, value = entry.partition('=')
         try:
             number = float(value)
         except ValueError:
             raise InvalidInput(f'{entry!r} of the case {case!r} is not parameter=number') from None
-        parameters[key] = int(number) if number.is_integer() and key == 'robots' else number
-    return scenarios.scene(family, seed, **parameters)
+        if key == 'endless':
+            endless = number
+        else:
+            parameters[key] = int(number) if number.is_integer() and key == 'robots' else number
+    scene = scenarios.scene(family, seed, **parameters)
+    return replace(scene, endless=endless, timeout=scene.timeout + endless)
 
 
 def section_times(simulation):

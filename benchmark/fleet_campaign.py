@@ -6,8 +6,8 @@ a run whose line is there is not repeated, so that an interrupted campaign goes 
 collision or a broken invariant ("unsafe"), a living robot that has not arrived ("late"), or an exception ("error").
 A robot that a dead one cuts off from its goal, lying in its only way or on the goal itself, is not late but "cut off".
 At the end the table of each case and kind is printed. "x none" is the time against that of the same seed without
-faults, median and greatest. ``--pictures N`` draws so many of the failures, ``--picture SEED ...`` the runs of those
-seeds; with the cases and kinds named, a single one.
+faults, median and greatest; "a minute" the goals reached in a minute, median. ``--pictures N`` draws so many of the
+failures, ``--picture SEED ...`` the runs of those seeds; with the cases and kinds named, a single one.
 
 The kinds: nothing; 30 % of all messages lost; delays of up to 0.3 s; one robot dies, with a certificate; storm: two
 partitions and two one-way cuts of some seconds, a cut and a partition of 16 s, silent radios, one robot that restarts
@@ -39,7 +39,7 @@ CASES = ('heritage', 'swap:robots=2', 'swap:robots=4', 'swap:robots=8', 'swap:ro
          'corridor:robots=4,width=0.65', 'corridor:robots=6,width=0.65', 'corridor:robots=8,width=0.65',
          'corridor:robots=8', 'intersection:robots=8', 'intersection:robots=16', 'maze:robots=8', 'rooms:robots=6',
          'rooms:robots=8', 'pockets:robots=4', 'pockets:robots=6', 'warehouse:robots=12', 'warehouse:robots=24',
-         'depot:robots=8', 'depot:robots=24')
+         'depot:robots=8', 'depot:robots=24', 'depot:robots=8,endless=40')
 #: By kind: the share of messages lost, the greatest delay [s], what is drawn by `draw_faults`, the clocks' error [s].
 KINDS = {'none': (0.0, 0.0, None, 0.0), 'loss': (0.3, 0.0, None, 0.0), 'delay': (0.0, 0.3, None, 0.0),
          'death': (0.0, 0.05, 'death', 0.0), 'storm': (0.1, 0.1, 'storm', 0.004), 'cuts': (0.0, 0.05, 'net', 0.0),
@@ -58,8 +58,8 @@ def mission(case, kind, seed):
     scene = scene_of(case, seed)
     simulation = scene.world_sim()
     faults = Faults() if drawn is None else draw_faults(drawn, list(simulation.robots), seed, skew)
-    timeout = TIMEOUT + TIMES * lower_bound(scene.bodies(), scene.environment())
-    report = simulation.run(seed, loss, delay, timeout, faults=faults)
+    timeout = TIMEOUT + scene.endless + TIMES * lower_bound(scene.bodies(), scene.environment())
+    report = simulation.run(seed, loss, delay, timeout, faults=faults, errands=scene.errands(seed))
     return scene, simulation, report
 
 
@@ -89,6 +89,7 @@ def outcome(scene, simulation, report):
         'cut_off': len(report.waiting) - len(late), 'separation': _number(report.min_separation),
         'clearance': _number(report.min_obstacle_clearance), 'mission_time': report.mission_time,
         'ratio': report.mission_time / report.lower_bound, 'joint_plans': report.joint_plans,
+        'goals': report.goals, 'arrivals': report.arrivals, 'throughput': report.throughput,
         'sections': len(times), 'section_ms': _number(1e3 * np.median(times)) if times else None,
         'section_ms_most': 1e3 * max(times, default=0.0), 'events': episode.events, 'checks': episode.checks,
         'messages': episode.messages, 'bytes': episode.message_bytes, 'violations': report.violations[:20],
@@ -135,7 +136,7 @@ def carry_out(tasks, folder, workers):
 def print_table(records):
     """Print a line for each case and kind, and one for each kind over all cases."""
     print(f'{"case":<28} {"kind":<8} {"runs":>5} {"safe":>5} {"all home":>8} {"cut off":>7} {"errors":>6} '
-          f'{"apart [m]":>9} {"wall [m]":>8} {"ratio":>13} {"x none":>13} {"plans":>9} {"ms":>13}')
+          f'{"apart [m]":>9} {"wall [m]":>8} {"ratio":>13} {"x none":>13} {"a minute":>8} {"plans":>9} {"ms":>13}')
     alone = {(row['case'], row['seed']): row['ratio'] for row in records
              if row['kind'] == 'none' and not row['failure']}
     cases = sorted({record['case'] for record in records}, key=[record['case'] for record in records].index)
@@ -156,10 +157,12 @@ def _summary(rows, alone):
                    for key in ('separation', 'clearance'))
     against = [row['ratio'] / alone[row['case'], row['seed']] for row in times if (row['case'], row['seed']) in alone]
     sections = [row['section_ms'] for row in whole if row['section_ms'] is not None]
+    paces = [row['throughput'] for row in whole if row.get('throughput')]
+    pace = f'{np.median(paces):.1f}' if paces else '-'
     plans = middle_and_most([row['joint_plans'] for row in whole], '{:.0f}')
     return (f'{len(rows):>5} {len(safe):>5} {len(home):>8} {cut_off:>7} {len(rows) - len(whole):>6} {apart:>9.3f} '
             f'{wall:>8.3f} {middle_and_most([row["ratio"] for row in times]):>13} {middle_and_most(against):>13} '
-            f'{plans:>9} {middle_and_most(sections):>13}')
+            f'{pace:>8} {plans:>9} {middle_and_most(sections):>13}')
 
 
 def draw(case, kind, seed, folder):
