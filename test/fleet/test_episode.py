@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mobile_planning import InvalidInput
+from mobile_planning import GoalOutside, InvalidInput
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.channel import Channel, Cut
 from mobile_planning.fleet.episode import ANSWER_DELAY, Episode
@@ -35,6 +35,7 @@ class Scribe:
 
     def __post_init__(self):
         self.rho, self.is_done, self.has_answers, self._sequence = 0.2, False, False, 0
+        self.goal = np.array([*self.at, 0.0])
         self.limits = SimpleNamespace(radius=0.2 + self.margin, v_max=1.0)
         self.plan = Plan.at_rest(0, self.Tc, np.array([*self.at, 0.0])) if self.plan is None else self.plan
         self.protocol = SimpleNamespace(epoch=self.epoch, terms=Terms(rest_time=3.75), bound=lambda: [],
@@ -45,6 +46,12 @@ class Scribe:
 
     def start(self, roster, start_time, resting):
         self.log.append(('start', roster, start_time, resting))
+
+    def set_goal(self, goal, now):
+        self.log.append(('goal', now, tuple(goal)))
+        if goal[0] > 99:
+            raise GoalOutside('far out')
+        self.goal, self.is_done = np.array(goal), False
 
     def plan_section(self, now):
         self.log.append(('plan', now))
@@ -91,9 +98,10 @@ class Scribe:
         return Contracts(self.eyed, self.epoch, self._sequence)
 
 
-def run(*robots, until=2.0, seed=0, channel=None, start_time=0.0, **faults):
+def run(*robots, until=2.0, seed=0, channel=None, start_time=0.0, errands=None, **faults):
     faults = Faults(**{'solve': AT_ONCE, 'any_phase': True, **faults})
-    episode = Episode(robots, seed, channel or Channel(interruptions=faults.interruptions), faults, start_time)
+    episode = Episode(robots, seed, channel or Channel(interruptions=faults.interruptions), faults, start_time,
+                      errands=errands)
     episode.run(until)
     return episode
 
@@ -318,6 +326,60 @@ def test_it_ends_when_all_have_arrived_who_can():
     a, b = pair()
     b.is_done = True
     assert run(a, b, kills=(Kill(1, 1.0, restart_after=1.0),), until=10.0).events > 100
+
+
+# Errands
+
+
+class Queue:
+    """Goals of robot 1; it writes down whom it is asked for, and what is taken."""
+
+    def __init__(self, *goals):
+        self.goals, self.asked = list(goals), []
+
+    def next_goal(self, robot_id, now, taken):
+        self.asked.append((robot_id, now, [(tuple(place), round(radius, 6)) for place, radius in taken]))
+        return self.goals.pop(0) if robot_id == 1 and self.goals else None
+
+    def left(self, robot_id):
+        return tuple(self.goals) if robot_id == 1 else ()
+
+
+class Quick(Scribe):
+    """A scribe that has arrived a second after each goal."""
+
+    def commit(self, section, now):
+        since = self.of('goal')[-1][0] if self.of('goal') else 0.0
+        self.is_done = now > since + 1.0
+        return super().commit(section, now)
+
+
+def test_who_has_arrived_is_given_the_next_goal_at_once_until_there_is_none():
+    robot, other = Quick(1), Quick(2, (5.0, 0.0))
+    queue = Queue((1.0, 0.0, 0.0), (2.0, 0.0, 1.0))
+    episode = run(robot, other, until=20.0, errands=queue)
+    assert [goal for _, goal in robot.of('goal')] == [(1, 0, 0), (2, 0, 1)] and other.of('goal') == []
+    assert np.diff(times(robot, 'goal')) > 1.0 and (times(robot, 'goal')[0] <= times(robot, 'commit')).any()
+    assert [goal.tolist() if hasattr(goal, 'tolist') else list(goal) for goal in episode.goals[1]] == [
+        [0, 0, 0], [1, 0, 0], [2, 0, 1]]
+    # What is taken are the goals of the others, with their margins.
+    assert [taken for asked, _, taken in queue.asked if asked == 1] == [[((5.0, 0.0), 0.205)]] * 3
+    assert all(each.is_done for each in (robot, other)) and episode.ended < 5.0
+
+
+def test_a_dead_robot_is_given_nothing_and_its_place_is_taken():
+    robot, other = Quick(1), Quick(2, (5.0, 0.0), plan=Plan.at_rest(0, TC, np.array([7.0, 1.0, 0.0])))
+    queue = Queue((1.0, 0.0, 0.0))
+    run(robot, other, until=20.0, errands=queue, kills=(Kill(2, 0.5),))
+    assert [taken for asked, now, taken in queue.asked if asked == 1 and now > 0.5] == [[((7.0, 1.0), 0.205)]] * 2
+    assert 2 not in [asked for asked, _, _ in queue.asked]
+
+
+def test_goals_that_nobody_was_given_are_counted_and_refused_ones_are_named():
+    episode = run(Quick(1), Quick(2, (5.0, 0.0)), until=20.0, errands=Queue((100.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
+    assert len(episode.goals[1]) == 3 and episode.refused == ['far out']
+    episode = run(Quick(1), Quick(2, (5.0, 0.0)), until=1.5, errands=Queue((1.0, 0.0, 0.0), (2.0, 0.0, 0.0)))
+    assert len(episode.goals[1]) == 3 and len(episode.goals[2]) == 1
 
 
 def test_one_seed_gives_one_episode_and_another_seed_another():
