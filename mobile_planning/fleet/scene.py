@@ -122,8 +122,17 @@ class Scene:
                      grid=self.grid if grid is None else grid, **options)
 
     def world_sim(self, **options) -> WorldSim:
-        """Return the mission, ready to run in process; ``options`` go to every ``Robot``."""
-        from mobile_planning.fleet.world_sim import WorldSim
+        """Return the mission, ready to run in process; ``options`` go to every ``Robot``.
+
+        Raises
+        ------
+        InvalidInput
+            Robots overlap at their starts, first goals or last goals.
+        PlanningError
+            A robot has no room at its start or one of its goals, or no way there.
+        """
+        from mobile_planning.fleet.world_sim import WorldSim, require_apart
+        require_apart(self.bodies())
         robots = [self.robot(spec.id, **options) for spec in self.robots]
         for robot, spec in zip(robots, self.robots):
             for goal in [*spec.via, spec.goal][1:]:

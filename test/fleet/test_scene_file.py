@@ -73,6 +73,16 @@ def test_a_goal_of_a_list_that_nobody_can_reach_is_refused_before_the_mission(tm
         scene.world_sim()
 
 
+def test_robots_that_would_end_at_one_place_are_refused_and_those_that_pass_through_it_are_not(tmp_path):
+    def scene(*goals):
+        return load(tmp_path, {**GOOD, 'robots': [{'id': index, 'start': [1, index, 0], 'goals': list(listed)}
+                                                  for index, listed in enumerate(goals, 1)]})
+    a, b, c = [8, 4, 0], [8, 1, 0], [5, 5, 0]
+    with pytest.raises(InvalidInput, match='overlap at their goals'):
+        scene((a, b), (c, b)).world_sim()
+    assert len(scene((a, b), (b, a)).world_sim().robots) == 2
+
+
 def test_options_go_to_the_robot(tmp_path):
     robot = load(tmp_path, GOOD).robot(1, margin=0.05, Tc=0.5)
     assert robot.Tc == 0.5 and robot.limits.radius == pytest.approx(0.25)
