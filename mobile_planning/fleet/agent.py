@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
-from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.itinerary import How, Itinerary
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.message import Contracts, Death, RobotMsg
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
@@ -54,7 +54,7 @@ class Agent:
     now : float [s]
         On the common clock of the robots.
     drive : callable, optional
-        Called with each plan that is put in force, and the epoch, before anybody is told of it.
+        Called with each plan that is put in force, before anybody is told of it.
     is_placed : bool
         Whether the body is where the scene says; else the robot waits for `place`.
     **options
@@ -76,7 +76,7 @@ class Agent:
     """
 
     def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, *,
-                 drive: Callable[[Plan, int], None] = lambda plan, epoch: None, is_placed: bool = True, **options):
+                 drive: Callable[[Entry], None] = lambda entry: None, is_placed: bool = True, **options):
         if robot_id not in [spec.id for spec in scene.robots]:
             raise InvalidInput(f'scene {scene.name} has the robots {[spec.id for spec in scene.robots]}, '
                                f'not {robot_id}')
@@ -314,10 +314,10 @@ class Agent:
 
     def _hand_over(self):
         """Let the plan in force be driven, if it is new."""
-        plans = self.robot.sol.plans
-        if len(plans) != self._driven:
-            self._driven = len(plans)
-            self._drive(plans[-1], self.epoch)
+        solution = self.robot.sol
+        if len(solution.plans) != self._driven:
+            self._driven = len(solution.plans)
+            self._drive(Entry(solution.plans[-1], solution.commits[-1], self.epoch))
 
     def _go_on(self, now):
         """Drive to the next goal, where one was reached."""

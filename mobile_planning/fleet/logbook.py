@@ -1,8 +1,8 @@
-"""Logbook: where a body is by its last committed plan, for the next process that is to drive it."""
+"""Logbook: what a body has driven and where it is, for the next process that is to drive it."""
 from __future__ import annotations
 
 import json
-import os
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +10,24 @@ import numpy as np
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
 
-#: A larger file is no logbook [bytes].
-_LARGEST = 65536
+#: A larger file is no logbook, and is not written on [bytes].
+_LARGEST = 1 << 28
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A plan, when it was committed [s], NaN for one to begin with, and the boot epoch of the process."""
+
+    plan: Plan
+    commit: float
+    epoch: int
 
 
 class Logbook:
-    """A file that holds the newest plan of one robot.
+    """A file that holds the plans of one robot, under all its processes.
 
-    It is written before the plan is told to anybody, as a whole or not at all, so that a process that is killed at any
-    instant leaves what it stood by. It outlives processes, not a loss of power.
+    Each is written before it is told to anybody, so that a process that is killed at any instant leaves what it stood
+    by. The file outlives processes, not a loss of power.
 
     Parameters
     ----------
@@ -29,23 +38,25 @@ class Logbook:
     def __init__(self, path: str | Path):
         self._path = Path(path)
 
-    def write(self, plan: Plan, epoch: int) -> None:
-        """Keep ``plan``, and the boot epoch of the process that drives it.
+    def write(self, entry: Entry) -> None:
+        """Add an entry.
 
         Raises
         ------
         OSError
-            The file cannot be written.
+            The file cannot be written, or is full.
         """
-        content = {'epoch': epoch, 'first_knot': plan.first_knot, 'step': plan.step, 'points': plan.points.tolist(),
-                   'heading': plan.heading, 'reverse': plan.reverse,
-                   'final_heading': None if np.isnan(plan.final_heading) else plan.final_heading}
-        fresh = self._path.with_name(self._path.name + '.new')
-        fresh.write_text(json.dumps(content))
-        os.replace(fresh, self._path)
+        plan = entry.plan
+        line = json.dumps({'epoch': entry.epoch, 'commit': _or_none(entry.commit), 'first_knot': plan.first_knot,
+                           'step': plan.step, 'points': plan.points.tolist(), 'heading': plan.heading,
+                           'final_heading': _or_none(plan.final_heading), 'reverse': plan.reverse})
+        with self._path.open('a') as file:
+            if file.tell() > _LARGEST:
+                raise OSError(f'logbook {self._path} has {file.tell()} bytes, it is full')
+            file.write(line + '\n')
 
-    def read(self) -> tuple[Plan, int] | None:
-        """Return the plan and the epoch that were kept; None if there are none.
+    def read(self) -> tuple[Entry, ...]:
+        """Return all entries, the oldest first; a last line that was cut off is left out.
 
         Raises
         ------
@@ -53,14 +64,26 @@ class Logbook:
             The file holds something else.
         """
         try:
-            if self._path.stat().st_size > _LARGEST:
-                raise InvalidInput(f'logbook {self._path} has more than {_LARGEST} bytes')
-            content = json.loads(self._path.read_text())
-            final = content['final_heading']
-            plan = Plan(content['first_knot'], content['step'], content['points'], content['heading'],
-                        np.nan if final is None else final, content['reverse'])
-            return plan, int(content['epoch'])
+            if self._path.stat().st_size > 2 * _LARGEST:
+                raise InvalidInput(f'logbook {self._path} has more than {2 * _LARGEST} bytes')
+            *lines, _ = self._path.read_text().split('\n')
+            return tuple(map(_entry, lines))
         except FileNotFoundError:
-            return None
+            return ()
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise InvalidInput(f'logbook {self._path} cannot be read: {error}') from None
+
+
+def _entry(line):
+    content = json.loads(line)
+    plan = Plan(content['first_knot'], content['step'], content['points'], content['heading'],
+                _or_nan(content['final_heading']), content['reverse'])
+    return Entry(plan, _or_nan(content['commit']), int(content['epoch']))
+
+
+def _or_none(number):
+    return None if np.isnan(number) else float(number)
+
+
+def _or_nan(number):
+    return np.nan if number is None else float(number)

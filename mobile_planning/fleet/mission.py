@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.makespan import lower_bound
-from mobile_planning.fleet.message import Mode, RobotMsg
+from mobile_planning.fleet.message import Death, Mode, RobotMsg
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report, verify
 from mobile_planning.world.environment import Environment
@@ -25,10 +26,17 @@ LEAD, PATIENCE = 0.5, 3.0
 _CYCLES, _SILENT = 4, 2.0
 #: A plan may reach so far beyond the timeout [s].
 _LONGEST_PLAN = 100.0
+#: A robot that starts anew so near [m] to where its plan has led it has not been moved.
+_SAME_PLACE = 0.05
+#: Nobody is declared dead who has spoken so lately [s]: its body may move as long as a plan lasts.
+_QUIET = 5.0
 
 
 class Mission:
     """Gathers the robots, starts them together, collects what they drove, and knows when it is over.
+
+    Robots may die on their way and start anew: the mission goes on. So may its own process: it finds the robots on
+    their way and takes the mission up again.
 
     Parameters
     ----------
@@ -50,6 +58,8 @@ class Mission:
     why : str
         Why it ended; empty before.
     solutions : dict of int to Solution
+    deaths : dict of int to Death
+        Certificates, by robot id.
     """
 
     def __init__(self, name: str, robot_ids: Sequence[int], timeout: float, discovery_timeout: float = 60.0, *,
@@ -61,7 +71,8 @@ class Mission:
         self._wanted_since = now if autostart else None
         self._ended: float | None = None
         self._heard: dict[int, tuple[RobotMsg, float]] = {}
-        self._epochs: dict[int, int] = {}
+        self._epochs: dict[int, set[int]] = {}
+        self.deaths: dict[int, Death] = {}
 
     @property
     def announcement(self) -> Announcement:
@@ -76,20 +87,40 @@ class Mission:
     @property
     def is_complete(self) -> bool:
         """Whether all robots say that they are at their goals."""
-        return all(robot_id in self.solutions and self.solutions[robot_id].done for robot_id in self.robot_ids)
+        return self._have_arrived(self.robot_ids)
+
+    def _have_arrived(self, robot_ids):
+        return all(robot_id in self.solutions and self.solutions[robot_id].done for robot_id in robot_ids)
 
     # What goes in
 
-    def hear(self, message: RobotMsg, now: float) -> None:
-        """Take in what a robot says; a robot that was restarted on its way ends the mission."""
-        if message.robot_id not in self.robot_ids:
+    def hear(self, message: RobotMsg, now: float, mission_start: float = 0.0) -> None:
+        """Take in what a robot says, and when the mission began that it drives [s], 0 for none.
+
+        A robot that was started anew takes part again, if its body is where its last plan has led it.
+        """
+        robot_id = message.robot_id
+        if robot_id not in self.robot_ids:
             return
-        known = self.heard.get(message.robot_id)
+        known = self.heard.get(robot_id)
         if known is not None and (message.boot_epoch, message.sequence) <= (known.boot_epoch, known.sequence):
             return
-        self._heard[message.robot_id] = message, now
-        if self.state is State.STARTED and message.boot_epoch != self._epochs[message.robot_id]:
-            self._end(f'robot {message.robot_id} was started anew, and nobody knows where it is', now)
+        self._heard[robot_id] = message, now
+        if self.state is State.WAITING:
+            if mission_start > 0.0 and set(message.links) | {robot_id} == set(self.robot_ids) and not self.why:
+                self._take_up(mission_start)
+        elif not self.why and message.boot_epoch not in self._epochs.setdefault(robot_id, set()):
+            is_new = bool(self._epochs[robot_id])
+            self._epochs[robot_id].add(message.boot_epoch)
+            self.deaths.pop(robot_id, None)
+            self.solutions.pop(robot_id, None)
+            if is_new and known is not None and np.linalg.norm(message.plan.points[0] - known.plan.end) > _SAME_PLACE:
+                self._end(f'robot {robot_id} was started anew, and nobody knows where it is', now)
+
+    def _take_up(self, start):
+        """Go on with a mission that another process has started."""
+        self.state, self.start_time = State.STARTED, start
+        self._epochs = {robot_id: {message.boot_epoch} for robot_id, message in self.heard.items()}
 
     def collect(self, solution: Solution, epoch: int) -> None:
         """Take in what a robot has driven; what it drove in another mission is passed over.
@@ -99,7 +130,8 @@ class Mission:
         InvalidInput
             The robot moved before the start, or moves long after the end of the mission.
         """
-        if self._epochs.get(solution.eyed) != epoch:
+        if epoch not in self._epochs.get(solution.eyed, ()) or solution.eyed in self.heard and (
+                epoch < self.heard[solution.eyed].boot_epoch):
             return
         latest = self.start_time + self._timeout + _LONGEST_PLAN
         end = max(plan.end_knot * plan.step for plan in solution.plans)
@@ -132,6 +164,58 @@ class Mission:
             raise InvalidInput(f'mission {self.name} is over: {self.why}')
         self._end(why, now)
 
+    def pause(self) -> None:
+        """Let all robots come to rest and wait.
+
+        Raises
+        ------
+        InvalidInput
+            They do not drive.
+        """
+        self._require(State.STARTED)
+        self.state = State.PAUSED
+
+    def resume(self) -> None:
+        """Let all robots drive on.
+
+        Raises
+        ------
+        InvalidInput
+            They are not paused.
+        """
+        self._require(State.PAUSED)
+        self.state = State.STARTED
+
+    def _require(self, state):
+        if self.state is not state:
+            raise InvalidInput(f'mission {self.name} is {self.state.name.lower()}, not {state.name.lower()}')
+
+    def declare_dead(self, robot_id: int, place: ArrayLike | None, now: float, time: float) -> Death:
+        """Vouch that no process of a robot lives and that its body rests, and return the certificate.
+
+        Parameters
+        ----------
+        robot_id : int
+        place : (2,) array_like [m] or None
+            Of its body; None for where the last plan ends that was heard of it. A plan that nobody heard leads
+            elsewhere: who does not see the body should be sure that there was none.
+        now, time : float [s]
+
+        Raises
+        ------
+        InvalidInput
+            The robot is not of this mission, was never heard, or speaks.
+        """
+        if robot_id not in self._heard:
+            raise InvalidInput(f'robot {robot_id} was never heard: heard are {sorted(self._heard)}')
+        message, when = self._heard[robot_id]
+        if now - when < _QUIET:
+            raise InvalidInput(f'robot {robot_id} has spoken {now - when:.1f} s ago: its body may move for '
+                               f'{_QUIET:g} s')
+        place = message.plan.end if place is None else np.asarray(place, float)
+        self.deaths[robot_id] = Death(robot_id, message.boot_epoch, place, time, message.radius)
+        return self.deaths[robot_id]
+
     def step(self, now: float, time: float) -> None:
         """Start the mission or end it, if it is time to."""
         if self.why:
@@ -140,6 +224,8 @@ class Mission:
             self._gather(now, time)
         elif self.is_complete:
             self._end('all robots are at their goals', now)
+        elif self.deaths and self._have_arrived(set(self.robot_ids) - set(self.deaths)):
+            self._end(f'all robots are at their goals but those that died, {sorted(self.deaths)}', now)
         elif time > self.start_time + self._timeout:
             self._end(f'it was not finished within {self._timeout:g} s', now)
 
@@ -172,11 +258,18 @@ class Mission:
 
     def report(self, bodies: Sequence[Body], environment: Environment) -> Report:
         """Return what the mission came to; why it ended is a violation too, unless it is complete."""
-        report = verify(self.solutions, list(bodies), environment, self.start_time, self.name)
-        report = replace(report, lower_bound=lower_bound(bodies, environment))
+        unknown = {robot_id for robot_id, message in self.heard.items()
+                   if robot_id not in self.solutions and message.plan_seq and self._epochs}
+        judged = [body for body in bodies if body.eyed not in unknown]
+        report = verify(self.solutions, judged, environment, self.start_time, self.name)
+        dead = set(self.deaths) | (unknown & set(self.silent(self._ended or 0.0)))
+        violations = [*report.violations, *(f'robot {robot_id} has driven and never said what' for robot_id in
+                                            sorted(unknown))]
+        report = replace(report, robots=len(bodies), dead=len(dead), violations=violations,
+                         lower_bound=lower_bound(bodies, environment))
         if self.is_complete:
-            return report
-        return replace(report, valid=False, violations=[*report.violations, f'the mission ended: {self.why}'])
+            return replace(report, valid=report.valid and not unknown)
+        return replace(report, valid=False, violations=[*violations, f'the mission ended: {self.why}'])
 
     # How it works
 
@@ -192,7 +285,7 @@ class Mission:
         lack = self.lack(now)
         if not lack:
             self.state, self.start_time = State.STARTED, time + LEAD
-            self._epochs = {robot_id: message.boot_epoch for robot_id, message in self.heard.items()}
+            self._epochs = {robot_id: {message.boot_epoch} for robot_id, message in self.heard.items()}
         elif now > self._wanted_since + self._discovery_timeout:
             # It never was these robots' mission: nobody is told to stop.
             self.why, self._ended = f'after {self._discovery_timeout:g} s {lack}', now

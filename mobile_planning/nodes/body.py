@@ -11,8 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from mobile_planning.fleet.base import SimulatedBase
-from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.logbook import Logbook
+from mobile_planning.fleet.logbook import Entry, Logbook
 from mobile_planning.fleet.pilot import Pilot, PilotStatus
 from mobile_planning.fleet.tracking import Tracker
 from mobile_planning.nodes import convert_views, qos
@@ -44,13 +43,13 @@ class Body:
 
     def __init__(self, node: Node, guard: Guard, options: RobotOptions, robot_id: int, tracker: Tracker,
                  on_pose: Callable[[np.ndarray], None]):
-        self._clock, self._options, self._id = node.get_clock(), options, robot_id
+        self._clock, self._guard, self._options, self._id = node.get_clock(), guard, options, robot_id
         self._tracker, self._on_pose = tracker, on_pose
         self._frame, self._child = options.frame_id, f'{node.get_name()}/base_link'
         self._pilot: Pilot | None = None
         self._base: SimulatedBase | None = None
         self._latest, self._odometry_due, self._command = -np.inf, -np.inf, np.zeros(2)
-        self._left: tuple[Plan, int] | None = None
+        self._left: tuple[Entry, ...] = ()
         self._book = Logbook(options.logbook.replace('{id}', str(robot_id))) if options.logbook else None
         if options.simulate:
             self._odometry = node.create_publisher(Odometry, '~/odom', qos.live(1))
@@ -67,18 +66,26 @@ class Body:
         """How the body keeps to its plan."""
         return PilotStatus() if self._pilot is None else self._pilot.status
 
-    def left_behind(self) -> tuple[Plan, int] | None:
-        """Return the plan on which a process before this one has left the simulated body, and its epoch, if any."""
-        self._left = self._book.read() if self._book is not None and self._options.simulate else None
+    def left_behind(self) -> tuple[Entry, ...]:
+        """Return what the processes before this one have driven, on whose last plan they have left a simulated body."""
+        if self._book is not None and self._options.simulate:
+            self._left = self._book.read()
         return self._left
 
-    def drive(self, plan: Plan, epoch: int) -> None:
-        """Drive ``plan`` from its first knot on, in the name of the process with a boot epoch."""
-        if self._book is not None:
-            self._book.write(plan, epoch)
+    def drive(self, entry: Entry) -> None:
+        """Drive a plan from its first knot on, whether it can be written down or not."""
         if self._pilot is not None:
-            self._pilot.follow(plan)
-            return
+            self._pilot.follow(entry.plan)
+        else:
+            self._begin(entry.plan)
+        if self._book is not None:
+            try:
+                self._book.write(entry)
+            except OSError as error:
+                self._book = None
+                self._guard.note(error, 'drive')
+
+    def _begin(self, plan):
         if self._options.simulate:
             self._base = SimulatedBase(plan.state(self._now())[:3], self._options.base(), self._id)
         self._pilot = Pilot(self._tracker, plan, most_drift=max(self._options.tracking_margin, 1e-3))
@@ -117,8 +124,8 @@ class Body:
 
     def _look_behind(self, now):
         """Find the body where the process before has left it, once it rests there."""
-        if self._left is not None and now >= self._left[0].end_knot * self._left[0].step:
-            pose, self._left = self._left[0].state(now)[:3], None
+        if self._left and now >= self._left[-1].plan.end_knot * self._left[-1].plan.step:
+            pose, self._left = self._left[-1].plan.state(now)[:3], ()
             self._on_pose(pose)
 
     def _on_pose_message(self, message):

@@ -85,15 +85,17 @@ def solution(message: SolutionMessage, frame: str) -> Solution:
                     commits=tuple(message.commits))
 
 
-def report_message(report: Report, time: float) -> MissionReport:
-    """Return the report to publish."""
+def report_message(report: Report, time: float, proofs: int = 0, unchecked: int = 0) -> MissionReport:
+    """Return the report to publish, and what was proved while the robots drove, see `Watch`."""
     return MissionReport(
         header=header('', wire.stamp(time)), name=str(report.name), valid=bool(report.valid), robots=int(report.robots),
         arrived=int(report.arrived), min_separation=float(report.min_separation),
         min_obstacle_clearance=float(report.min_obstacle_clearance), mission_time=float(report.mission_time),
         lower_bound=float('nan' if report.lower_bound is None else report.lower_bound), dead=int(report.dead),
         section_times=wire.floats(report.section_times), messages=int(report.messages or 0),
-        message_bytes=int(report.message_bytes or 0), violations=[str(sentence) for sentence in report.violations])
+        message_bytes=int(report.message_bytes or 0), goals_reached=int(report.arrivals),
+        throughput=float('nan' if report.throughput is None else report.throughput), proofs=int(proofs),
+        unchecked=int(unchecked), violations=[str(sentence) for sentence in report.violations])
 
 
 def deaths_message(deaths: Iterable[Death], time: float, frame: str) -> Deaths:

@@ -4,7 +4,7 @@ Each message is converted once, however many robots of the process it is for, an
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from math import nan
 from time import monotonic
@@ -125,7 +125,7 @@ class FleetBus:
                 return
             now, time = monotonic(), self.now()
             if own is None:
-                self.peers.admit(message.robot_id, message.boot_epoch, _process(info),
+                self.peers.admit(message.robot_id, message.boot_epoch, process_of(info),
                                  stamp=convert.seconds(message.header.stamp), time=time, now=now)
             content = to_core(message, self._frame)
             if own is None and isinstance(content, RobotMsg):
@@ -141,7 +141,7 @@ class FleetBus:
                         next((told[robot_id] for robot_id in self._robots if robot_id in told), nan), now)
 
 
-def _process(info):
+def process_of(info: Mapping) -> bytes | None:
     """Return what names the process that a message comes from; None where the middleware does not tell."""
     gid = info.get('publisher_gid')
     return bytes(gid['data'][:_PROCESS]) if gid else None

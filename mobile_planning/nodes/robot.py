@@ -1,6 +1,7 @@
 """The node ``robot``: one agent of a fleet, its plans and its body."""
 from __future__ import annotations
 
+from dataclasses import replace
 from time import time
 
 import numpy as np
@@ -71,11 +72,11 @@ class RobotNode(Node):
         self._host.loop.add(self._body)
 
     def _make_agent(self, scene, options):
-        left = self._body.left_behind()
+        self._history = self._body.left_behind()
         # The epoch is the system's time: simulated time begins anew with every simulation.
-        epoch = max(int(time()), 0 if left is None else left[1] + 1)
+        epoch = max([int(time()), *(entry.epoch + 1 for entry in self._history)])
         return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive, Tc=options.Tc, Tp=options.Tp,
-                     margin=options.margin, budget=options.budget, is_placed=options.simulate and left is None)
+                     margin=options.margin, budget=options.budget, is_placed=options.simulate and not self._history)
 
     @property
     def epoch(self) -> int:
@@ -160,9 +161,15 @@ class RobotNode(Node):
                 poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
                 self._plans.publish(convert.path_message(poses, self._frame, wire.stamp(self._now())))
         if agent.is_finished and not self._has_reported:
-            self._host.bus.hand_in(agent.robot.sol, agent.epoch)
+            self._host.bus.hand_in(self._solution(), agent.epoch)
             self.get_logger().info('at the goal' if agent.robot.is_done else 'stopped on the way')
         self._has_reported = agent.is_finished
+
+    def _solution(self):
+        """Return what the body has driven under all processes of the robot."""
+        latest = self._agent.robot.sol
+        return replace(latest, plans=(*(entry.plan for entry in self._history), *latest.plans),
+                       commits=(*(entry.commit for entry in self._history), *latest.commits))
 
     def _diagnosis(self):
         self._statuses.publish(self._health.status(self._now(), self._frame))

@@ -220,7 +220,7 @@ def test_messages_for_a_robot_that_plans_for_ever_do_not_pile_up_for_ever():
 
 def test_each_plan_is_handed_over_to_be_driven_before_it_is_told():
     driven = []
-    one = Agent(scene(False), 1, 5, 0.0, drive=lambda plan, epoch: driven.append(plan))
+    one = Agent(scene(False), 1, 5, 0.0, drive=lambda entry: driven.append(entry.plan))
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     for now in np.arange(0.0, 5.0, 0.25):
         (message,) = one.step(lambda: now)

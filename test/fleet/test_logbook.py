@@ -1,4 +1,4 @@
-"""What one process wrote last is what the next one reads, or a sentence."""
+"""What one process wrote is what the next one reads, or a sentence."""
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -6,37 +6,60 @@ from hypothesis import strategies as st
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.logbook import Logbook
+from mobile_planning.fleet.logbook import Entry, Logbook
+
+FIRST = Entry(Plan.at_rest(0, 0.1, (0, 0, 0)), np.nan, 7)
 
 
 @settings(max_examples=20)
 @given(st.integers(-2**48, 2**48), st.integers(1, 100), st.floats(-3, 3), st.floats(-3, 3) | st.just(np.nan),
-       st.booleans())
-def test_a_plan_is_read_as_it_was_written(tmp_path_factory, first_knot, count, heading, final, reverse):
+       st.booleans(), st.floats(0, 1e10))
+def test_plans_are_read_as_they_were_written(tmp_path_factory, first_knot, count, heading, final, reverse, commit):
     points = np.random.default_rng(count).uniform(-1e3, 1e3, (count, 2))
     plan = Plan(first_knot, 0.125, np.concatenate([points, *3 * [points[-1:]]]), heading, final, reverse)
-    book = Logbook(tmp_path_factory.getbasetemp() / 'book')
-    book.write(Plan.at_rest(0, 0.1, (0, 0, 0)), 7)
-    book.write(plan, 8)
-    read, epoch = book.read()
+    path = tmp_path_factory.getbasetemp() / 'book'
+    path.unlink(missing_ok=True)
+    Logbook(path).write(FIRST)
+    Logbook(path).write(Entry(plan, commit, 8))
+    first, last = Logbook(path).read()
+    assert np.isnan(first.commit) and first.epoch == 7 and np.array_equal(first.plan.points, FIRST.plan.points)
+    read = last.plan
     assert np.array_equal(read.points, plan.points) and read.first_knot == first_knot and read.step == 0.125
-    assert (read.heading, read.reverse, epoch) == (heading, reverse, 8)
+    assert (read.heading, read.reverse, last.commit, last.epoch) == (heading, reverse, commit, 8)
     assert np.array_equal(read.final_heading, final, equal_nan=True)
 
 
 def test_no_file_is_no_plan(tmp_path):
-    assert Logbook(tmp_path / 'nothing').read() is None
+    assert Logbook(tmp_path / 'nothing').read() == ()
 
 
-@pytest.mark.parametrize('text', ['', '{', '[]', '{}', '{"first_knot": 1}', '[' * 100_000, 'x' * 70_000, '\0',
+def test_a_process_that_is_killed_while_it_writes_leaves_what_was_written_before(tmp_path):
+    book = Logbook(tmp_path / 'book')
+    book.write(FIRST)
+    whole = (tmp_path / 'book').read_text()
+    for cut in range(len(whole)):
+        (tmp_path / 'book').write_text(whole + whole[:cut])
+        assert len(book.read()) == 1
+
+
+@pytest.mark.parametrize('text', ['{', '[]', '{}', '{"first_knot": 1}', '[' * 100_000, '\0',
                                   '{"first_knot": 0, "step": 0, "points": [], "heading": 0, "final_heading": null, '
-                                  '"reverse": false}'])
+                                  '"reverse": false, "commit": 0, "epoch": 1}'])
 def test_a_file_that_is_no_logbook_is_refused_with_a_sentence(tmp_path, text):
-    (tmp_path / 'book').write_text(text)
-    with pytest.raises(InvalidInput):
+    (tmp_path / 'book').write_text(text + '\n')
+    with pytest.raises(InvalidInput, match='cannot be read'):
         Logbook(tmp_path / 'book').read()
 
 
 def test_a_folder_is_no_logbook(tmp_path):
     with pytest.raises(InvalidInput, match='cannot be read'):
         Logbook(tmp_path).read()
+
+
+def test_a_full_logbook_is_not_written_on(tmp_path, monkeypatch):
+    monkeypatch.setattr('mobile_planning.fleet.logbook._LARGEST', 500)
+    book = Logbook(tmp_path / 'book')
+    with pytest.raises(OSError, match='full'):
+        for _ in range(10):
+            book.write(FIRST)
+    assert book.read()

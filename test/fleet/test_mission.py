@@ -1,5 +1,6 @@
 """A mission as the world sim sees it: gathering, start, end, and what is refused."""
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -131,10 +132,91 @@ def test_a_robot_restarted_before_the_start_takes_part_as_soon_as_it_is_heard():
     assert mission.state is State.STARTED
 
 
-def test_a_robot_restarted_on_its_way_ends_it():
+def test_a_robot_restarted_on_its_way_where_its_body_stands_takes_part_again():
     mission = started()
+    mission.collect(driven(2), 7)
     mission.hear(said(2, epoch=8), 5.0)
+    assert mission.state is State.STARTED and 2 not in mission.solutions
+    mission.collect(driven(2), 7)
+    assert 2 not in mission.solutions
+    for robot_id, epoch in (1, 7), (2, 8), (3, 7):
+        mission.collect(driven(robot_id), epoch)
+    mission.step(6.0, EPOCH + 6)
+    assert mission.is_complete and mission.is_over(6.0)
+
+
+def test_a_robot_restarted_elsewhere_ends_it():
+    mission = started()
+    message = said(2, epoch=8)
+    mission.hear(replace(message, plan=Plan.at_rest(0, 0.25, (0.1, 0, 0))), 5.0)
     assert mission.announcement.state is State.STOPPED and 'robot 2 was started anew' in mission.why
+
+
+def test_a_mission_whose_own_process_died_is_taken_up_where_its_robots_are():
+    mission = Mission('m', IDS, 60.0, 10.0, now=30.0)
+    for robot_id in IDS:
+        mission.hear(said(robot_id, mode=Mode.DRIVING), 30.0, EPOCH - 20.0)
+        mission.step(30.0, EPOCH)
+    assert mission.announcement == Announcement('m', State.STARTED, IDS, EPOCH - 20.0)
+    for robot_id in IDS:
+        mission.collect(driven(robot_id), 7)
+    mission.step(31.0, EPOCH + 1)
+    assert mission.is_complete
+
+
+def test_robots_of_another_mission_are_not_taken_for_its_own():
+    mission = Mission('m', IDS, 60.0, 10.0)
+    mission.hear(said(1, hears=(1, 2), mode=Mode.DRIVING), 0.0, EPOCH)
+    assert mission.state is State.WAITING
+
+
+def test_a_pause_is_told_to_all_and_only_those_who_drive_can_pause():
+    mission = gathered()
+    with pytest.raises(InvalidInput, match='waiting, not started'):
+        mission.pause()
+    mission.step(0.0, EPOCH)
+    with pytest.raises(InvalidInput, match='started, not paused'):
+        mission.resume()
+    mission.pause()
+    assert mission.announcement == Announcement('m', State.PAUSED, IDS, EPOCH + LEAD)
+    mission.resume()
+    assert mission.announcement.state is State.STARTED
+
+
+def test_only_who_is_silent_long_enough_is_declared_dead_and_the_others_end_the_mission():
+    mission = started()
+    for robot_id, words in ((9, 'never heard'), (3, 'has spoken 4.0 s ago')):
+        with pytest.raises(InvalidInput, match=words):
+            mission.declare_dead(robot_id, None, 4.0, EPOCH + 4)
+    death = mission.declare_dead(3, (1.0, 2.0), 6.0, EPOCH + 6)
+    assert (death.boot_epoch, death.place.tolist(), death.issued) == (7, [1.0, 2.0], EPOCH + 6)
+    assert mission.declare_dead(3, None, 7.0, EPOCH + 7).place.tolist() == [0.0, 0.0]
+    for robot_id in 1, 2:
+        mission.collect(driven(robot_id), 7)
+    mission.step(8.0, EPOCH + 8)
+    assert mission.state is State.STOPPED and not mission.is_complete and 'those that died, [3]' in mission.why
+
+
+def test_a_robot_that_is_heard_again_is_dead_no_more():
+    mission = started()
+    mission.declare_dead(3, None, 6.0, EPOCH + 6)
+    mission.hear(said(3, epoch=8), 7.0)
+    assert not mission.deaths and mission.state is State.STARTED
+
+
+def test_of_a_robot_that_died_on_its_way_the_report_says_so_and_blames_nobody_for_its_place():
+    scene = Scene('m', tuple(RobotSpec(i, (i, 1, 0), (i, 3, 0)) for i in IDS), boundary=Boundary((0, 4), (0, 4)))
+    simulation = scene.world_sim()
+    simulation.run(start_time=EPOCH + LEAD)
+    mission = started()
+    for robot_id in 1, 2:
+        mission.collect(simulation.solutions[robot_id], 7)
+    mission.hear(replace(said(3, sequence=5), plan_seq=4), 1.0)
+    mission.declare_dead(3, None, 7.0, EPOCH + 7)
+    mission.step(7.0, EPOCH + 7)
+    report = mission.report(scene.bodies(), scene.environment())
+    assert not report.valid and (report.robots, report.arrived, report.dead) == (3, 2, 1)
+    assert len(report.violations) == 2 and 'robot 3 has driven and never said what' in report.violations
 
 
 def test_it_ends_when_all_are_at_their_goals():
@@ -242,7 +324,7 @@ def test_why_it_ended_is_in_its_report_unless_all_arrived():
 
 
 @pytest.mark.parametrize('fields', [
-    {'state': 3}, {'state': -1}, {'robot_ids': ()}, {'robot_ids': range(257)}, {'robot_ids': (1, 1)},
+    {'state': 4}, {'state': -1}, {'robot_ids': ()}, {'robot_ids': range(257)}, {'robot_ids': (1, 1)},
     {'start': float('nan')}, {'start': float('inf')}])
 def test_an_impossible_announcement_is_refused(fields):
     with pytest.raises(InvalidInput):

@@ -5,10 +5,12 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from mobile_planning_msgs.msg import Contracts as ContractsMessage
+from mobile_planning_msgs.msg import Deaths, MissionReport
 from mobile_planning_msgs.msg import Mission as MissionMessage
-from mobile_planning_msgs.msg import MissionReport
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import Solution as SolutionMessage
+from mobile_planning_msgs.srv import DeclareDead
 from PIL import Image
 from rcl_interfaces.srv import DescribeParameters
 from std_srvs.srv import Trigger
@@ -16,12 +18,15 @@ from visualization_msgs.msg import MarkerArray
 
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.message import Link, Mode, RobotMsg
+from mobile_planning.fleet.contracts import Contract
+from mobile_planning.fleet.message import Contracts, Link, Mode, Offer, RobotMsg
 from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.nodes import convert_mission, convert_robot, qos
+from mobile_planning.nodes import convert_contracts, convert_mission, convert_robot, qos
 from mobile_planning.nodes.convert import seconds
-from mobile_planning.nodes.world_sim import WorldSimNode, WorldSimOptions
+from mobile_planning.nodes.convert_robot import Postscript
+from mobile_planning.nodes.world_sim import WorldSimNode
+from mobile_planning.nodes.world_sim_options import WorldSimOptions
 
 IDS = (1, 2)
 #: Of the boot of each robot.
@@ -42,7 +47,7 @@ class Robots:
 
     def __init__(self, ros, scene):
         self._ros, self._scene, self._count = ros, load_scene(scene), 0
-        self.said = {}
+        self.said, self.start, self.contract = {}, 0.0, 0
         self._messages = ros.node.create_publisher(RobotMessage, '/robot_msgs', qos.robot_messages())
         self._solutions = {robot_id: ros.node.create_publisher(SolutionMessage, '/solutions', qos.SOLUTION_WRITER)
                            for robot_id in IDS}
@@ -58,12 +63,21 @@ class Robots:
 
     def publish(self, robot_id, epoch=EPOCH, links=(), mode=Mode.WAITING, **spoilt):
         """Publish one message."""
-        message = convert_robot.robot_message(RobotMsg(
-            False, [1.0], [1.0], [1.0, 1.0], robot_id=robot_id, boot_epoch=epoch, sequence=self._count, mode=mode,
-            plan=Plan.at_rest(0, 0.25, (1, 1, 0)), links={peer: Link(EPOCH, 1, 0) for peer in links}), 0.0, 'map')
+        # They stand since 1970, each at a place of its own.
+        place = np.array([robot_id, 2.0 * robot_id - 1.0])
+        said = RobotMsg(
+            False, place[:1], place[1:], place, robot_id=robot_id, boot_epoch=epoch, sequence=self._count, mode=mode,
+            plan=Plan.at_rest(0, 0.25, (*place, 0)),
+            links={peer: Link(EPOCH, 2 if self.contract else 1, self.contract) for peer in links})
+        message = convert_robot.robot_message(said, self.now, 'map', Postscript(self.start))
         for field, value in spoilt.items():
             setattr(message, field, value)
         self._messages.publish(message)
+
+    @property
+    def now(self):
+        """The robots' clock [s]."""
+        return self._ros.node.get_clock().now().nanoseconds * 1e-9
 
     def gather(self):
         """Let all robots say that they hear all others."""
@@ -193,18 +207,91 @@ def test_garbage_is_counted_and_the_mission_goes_on(ros, robots, scene):
     assert robots.end(node) == 0
 
 
-def test_a_robot_that_falls_silent_on_its_way_is_named_and_one_started_anew_ends_the_mission(ros, robots, scene):
+def test_a_robot_that_falls_silent_on_its_way_is_named_and_takes_part_again_when_it_is_started_anew(ros, robots, scene):
     node = ros.add(WorldSimNode, scene=str(scene))
     robots.gather()
-    start = seconds(robots.announced(MissionMessage.STARTED).start)
+    good = robots.solve(seconds(robots.announced(MissionMessage.STARTED).start))
     del robots.said[2]
     status, _ = robots.diagnosis(lambda status, facts: facts['silent'] == '[2]' and 'started' in status.message)
     assert status.level == DiagnosticStatus.WARN
     robots.said[2] = EPOCH + 1, [1], Mode.WAITING
-    robots.announced(MissionMessage.STOPPED)
-    robots.stand(start)
+    robots.diagnostics.clear()
+    robots.diagnosis(lambda status, facts: facts['silent'] == '[]' and 'started' in status.message)
+    robots.hand_in(good[2])
+    robots.hand_in(good[1])
+    robots.hand_in(good[2], epoch=EPOCH + 1)
+    assert robots.end(node) == 0
+
+
+def test_it_takes_up_a_mission_that_another_process_has_started(ros, robots, scene):
+    robots.start = robots.now - 5.0
+    robots.said = {1: (EPOCH, [2], Mode.DRIVING), 2: (EPOCH, [1], Mode.DRIVING)}
+    node = ros.add(WorldSimNode, scene=str(scene), autostart=False)
+    assert seconds(robots.announced(MissionMessage.STARTED).start) == pytest.approx(robots.start, abs=1e-6)
+    assert all(mission.state != MissionMessage.WAITING for mission in robots.missions)
+    for solution in robots.solve(robots.start).values():
+        robots.hand_in(solution)
+    assert robots.end(node) == 0
+
+
+def test_a_mission_is_paused_and_goes_on(ros, robots, scene):
+    ros.add(WorldSimNode, scene=str(scene))
+    refused = ros.call(Trigger, '/world_sim/pause')
+    assert not refused.success and 'waiting, not started' in refused.message
+    robots.gather()
+    start = robots.announced(MissionMessage.STARTED).start
+    assert ros.call(Trigger, '/world_sim/pause').success
+    assert robots.announced(MissionMessage.PAUSED).start == start
+    robots.missions.clear()
+    assert ros.call(Trigger, '/world_sim/resume').success
+    assert robots.announced(MissionMessage.STARTED).start == start
+
+
+def test_who_is_declared_dead_is_told_to_all_and_the_others_end_the_mission(ros, robots, scene, monkeypatch):
+    monkeypatch.setattr('mobile_planning.fleet.mission._QUIET', 0.5)
+    deaths = ros.listen(Deaths, '/deaths', qos.latched())
+    node = ros.add(WorldSimNode, scene=str(scene))
+    robots.gather()
+    good = robots.solve(seconds(robots.announced(MissionMessage.STARTED).start))
+    answer = ros.call(DeclareDead, '/world_sim/declare_dead', DeclareDead.Request(robot_id=2))
+    assert not answer.success and 'its body may move' in answer.message
+    del robots.said[2]
+    robots.diagnosis(lambda status, facts: facts['silent'] == '[2]')
+    for place, words in (([1.0], 'two coordinates'), ([1.0, float('nan')], 'place')):
+        request = DeclareDead.Request(robot_id=2, place=place)
+        answer = ros.call(DeclareDead, '/world_sim/declare_dead', request)
+        assert not answer.success and words in answer.message
+    assert ros.call(DeclareDead, '/world_sim/declare_dead', DeclareDead.Request(robot_id=2)).success
+    told = ros.until(lambda: next((each for each in deaths if len(each.robot_id)), None))
+    assert (list(told.robot_id), list(told.boot_epoch), list(told.place)) == ([2], [EPOCH], [2.0, 3.0])
+    robots.hand_in(good[1])
     assert robots.end(node) == 1
-    assert 'robot 2 was started anew' in ros.until(lambda: robots.reports)[0].violations[-1]
+    report = ros.until(lambda: robots.reports)[0]
+    assert (report.dead, report.arrived) == (1, 1) and 'those that died, [2]' in report.violations[-1]
+
+
+def test_a_plan_that_breaks_its_contract_is_an_error_at_once_and_in_the_report(ros, robots, scene):
+    node = ros.add(WorldSimNode, scene=str(scene))
+    contracts = ros.node.create_publisher(ContractsMessage, '/contracts', qos.robot_messages())
+    ros.until(contracts.get_subscription_count)
+    robots.gather()
+    start = seconds(robots.announced(MissionMessage.STARTED).start)
+    for offset, level in ((2.5, DiagnosticStatus.OK), (1.1, DiagnosticStatus.ERROR)):
+        # The line keeps robot 1 below and robot 2 above y = offset; robot 1 stands at y = 1.
+        number = int(10 * offset)
+        contract = Contract(number, 0, [[0.0, -1.0]], np.full((1, 4), -offset))
+        contracts.publish(convert_contracts.contracts_message(
+            Contracts(1, EPOCH, number, (Offer(2, EPOCH, 1, contract),)), robots.now, 'map'))
+        robots.contract = number
+        robots.diagnostics.clear()
+        status, facts = robots.diagnosis(lambda status, facts: status.level == level and facts['proofs'] != '0')
+    assert 'contract 11 that the plan 0 of robot 1 breaks by 0.1' in status.message and facts['violations'] == '1'
+    robots.contract = 0
+    for solution in robots.solve(start).values():
+        robots.hand_in(solution)
+    assert robots.end(node) == 1
+    report = ros.until(lambda: robots.reports)[0]
+    assert not report.valid and report.arrived == 2 and report.proofs > 0 and len(report.violations) == 1
 
 
 def test_an_outcome_that_cannot_be_written_is_a_sentence_and_code_1(ros, robots, scene, tmp_path, capfd):
