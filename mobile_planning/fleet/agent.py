@@ -96,6 +96,11 @@ class Agent:
     # What can be asked
 
     @property
+    def robot_id(self) -> int:
+        """The robot's id."""
+        return self._id
+
+    @property
     def trouble(self) -> str:
         """Why the robot does not drive on; empty if nothing keeps it."""
         if self.robot is None:

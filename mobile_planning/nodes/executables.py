@@ -8,7 +8,7 @@ from mobile_planning.nodes.spin import StopSignals, run
 
 
 def _door(module: str, name: str):
-    """Return the main function of the node class ``name`` in ``mobile_planning.nodes.<module>``."""
+    """Return the main function of the node that ``name`` makes in ``mobile_planning.nodes.<module>``."""
     def main(args: list[str] | None = None) -> int:
         """Run the node until a signal and return the exit code."""
         return run(lambda: getattr(import_module(f'mobile_planning.nodes.{module}'), name)(), args)
@@ -17,7 +17,7 @@ def _door(module: str, name: str):
 
 map_server = _door('map_server', 'MapServer')
 grid_planner = _door('grid_planner', 'GridPlanner')
-robot = _door('robot', 'RobotNode')
+robot = _door('robots', 'make_robots')
 world_sim = _door('world_sim', 'WorldSimNode')
 
 

@@ -40,6 +40,12 @@ class RobotNode(Node):
     name : str
     **kwargs
         For ``rclpy.node.Node``.
+
+    Attributes
+    ----------
+    robot_id : int
+    host : RobotHost
+    needs_map : bool
     """
 
     def __init__(self, robot_id: int | None = None, host: RobotHost | None = None, name: str = 'robot', **kwargs):
@@ -51,25 +57,25 @@ class RobotNode(Node):
         self.needs_map, u_max = scene.on_map, {spec.id: spec.u_max for spec in scene.robots}
         tracker = options.tracker(u_max.get(self.robot_id, options.u_max))
         self._own_host = RobotHost(self, self._guard, options) if host is None else None
-        self._host = host or self._own_host
+        self.host = host or self._own_host
         try:
             self._body = Body(self, self._guard, options, self.robot_id, tracker, self._on_pose)
             self._agent = self._make_agent(scene, options)
         except BaseException:
             self.destroy_node()
             raise
-        self._health = RobotHealth(self._agent, self._body, self._host.bus.peers, options)
+        self._health = RobotHealth(self._agent, self._body, self.host.bus.peers, options)
         self._shown, self._is_planning, self._has_reported = None, False, False
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
         self._statuses = self.create_publisher(RobotStatus, '~/status', qos.live(1))
         guarded, steady, aside = self._guard.callback, Clock(clock_type=ClockType.STEADY_TIME), ReentrantCallbackGroup()
-        RobotServices(self, self._guard, options, self._agent, self._now, self._host.worker.submit)
+        RobotServices(self, self._guard, options, self._agent, self._now, self.host.worker.submit)
         self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), callback_group=aside, clock=steady)
         self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
         self._answering.cancel()
         Diagnostics(self, self._guard, self._diagnosis)
-        self._host.bus.add(self)
-        self._host.loop.add(self._body)
+        self.host.bus.add(self)
+        self.host.loop.add(self._body)
 
     def _make_agent(self, scene, options):
         self._history = self._body.left_behind()
@@ -119,11 +125,11 @@ class RobotNode(Node):
     # What is due
 
     def _now(self):
-        return self._host.bus.now()
+        return self.host.bus.now()
 
     def _later(self, work, *args):
         """Let the agent do what may take a while, in turn."""
-        self._host.worker.submit(self._guard.callback(work), *args)
+        self.host.worker.submit(self._guard.callback(work), *args)
 
     async def _on_cycle(self):
         # The period is set anew each time: the steady clock knows nothing of the phase of the common one.
@@ -134,14 +140,14 @@ class RobotNode(Node):
             return
         self._is_planning = True
         try:
-            messages, request = await self._host.worker.submit(self._health.timed(self._step))
+            messages, request = await self.host.worker.submit(self._health.timed(self._step))
         finally:
             self._is_planning = False
         self._say(messages)
         if request is not None:
             # A joint plan takes longer than a cycle may.
-            plan = await self._host.joint_worker.submit(request.plan)
-            self._say(await self._host.worker.submit(lambda: self._agent.propose(plan, self._now())))
+            plan = await self.host.joint_worker.submit(request.plan)
+            self._say(await self.host.worker.submit(lambda: self._agent.propose(plan, self._now())))
 
     def _step(self):
         """Plan, in the thread of the worker; return the messages, and the request for a joint plan if one is due."""
@@ -154,14 +160,14 @@ class RobotNode(Node):
 
     def _say(self, messages):
         agent = self._agent
-        self._host.bus.say(messages, agent.mission_start, agent.itinerary.reached, agent.roster)
+        self.host.bus.say(messages, agent.mission_start, agent.itinerary.reached, agent.roster)
         for message in messages:
             if isinstance(message, RobotMsg) and (message.boot_epoch, message.plan_seq) != self._shown:
                 self._shown = message.boot_epoch, message.plan_seq
                 poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
                 self._plans.publish(convert.path_message(poses, self._frame, wire.stamp(self._now())))
         if agent.is_finished and not self._has_reported:
-            self._host.bus.hand_in(self._solution(), agent.epoch)
+            self.host.bus.hand_in(self._solution(), agent.epoch)
             self.get_logger().info('at the goal' if agent.robot.is_done else 'stopped on the way')
         self._has_reported = agent.is_finished
 

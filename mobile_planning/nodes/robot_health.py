@@ -79,7 +79,7 @@ class RobotHealth:
         robot, body = self._agent.robot, self._body.status
         message = RobotStatus(
             header=header(frame, wire.stamp(now)), trouble=self._agent.trouble, tracking=bool(body.is_tracking),
-            robot_id=int(self._options.robot_id if robot is None else robot.eyed),
+            robot_id=int(self._agent.robot_id),
             tracking_error=float(body.tracking_error), localisation_error=float(body.localisation_error),
             clock_error=float(self.clock_error()), pose_age=float(body.pose_age), margin=float(self._options.margin),
             silent=sorted(self._silent), goals_left=self._agent.itinerary.left,

@@ -69,9 +69,14 @@ class RobotOptions:
             raise InvalidInput(f'robots is {list(self.robots)}: ids from 0 to 4294967295, each once')
 
     @property
+    def is_several(self) -> bool:
+        """Whether the process drives the robots of a list."""
+        return self.robots != (0,)
+
+    @property
     def ids(self) -> tuple[int, ...]:
         """The robots that the process drives."""
-        return (self.robot_id,) if self.robots == (0,) else self.robots
+        return self.robots if self.is_several else (self.robot_id,)
 
     def load_scene(self) -> Scene:
         """Return the scene that is named, or one of this robot alone on the map."""

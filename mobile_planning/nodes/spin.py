@@ -62,15 +62,16 @@ class StopSignals:
         signal.signal(number, signal.SIG_DFL)
 
 
-def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Spin one node until SIGINT, SIGTERM or its own wish, and return the exit code.
+def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None) -> int:
+    """Spin one node, or several, until SIGINT, SIGTERM or their own wish, and return the exit code.
 
     A node ends itself by ``raise SystemExit(code)`` in any callback.
 
     Parameters
     ----------
     make_node : callable
-        Imports what the node needs and returns it. A `PlanningError` means that the user gave it something wrong.
+        Imports what is needed and returns a node, or several. A `PlanningError` means that the user gave it something
+        wrong.
     args : sequence of str, optional
         The command line with the executable's name; ``sys.argv`` by default.
 
@@ -143,16 +144,18 @@ def _live(make_node, args, stop):
     from rclpy.exceptions import NameValidationException
     from rclpy.executors import SingleThreadedExecutor
 
-    executor = node = None
+    executor, nodes = None, []
     try:
         unexpected = without_ros(args)
         if unexpected:
             raise InvalidInput(f'unexpected argument {unexpected[0]!r}: parameters are given as '
                                '--ros-args -p name:=value or --ros-args --params-file FILE')
         start_ros(args)
-        node = make_node()
+        made = make_node()
+        nodes = list(made) if isinstance(made, Sequence) else [made]
         executor = SingleThreadedExecutor()
-        executor.add_node(node)
+        for node in nodes:
+            executor.add_node(node)
         _spin(executor, lambda: stop.received is not None or not rclpy.ok())
         return 0
     except NameValidationException as error:
@@ -160,7 +163,7 @@ def _live(make_node, args, stop):
     except SystemExit as end:
         return int(end.code or 0)
     finally:
-        if node is not None:
+        for node in nodes:
             node.destroy_node()
         if executor is not None:
             executor.shutdown()

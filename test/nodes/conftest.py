@@ -42,13 +42,14 @@ class Ros:
         self.node = self.add(Node, name='tester')
 
     def add(self, make, name=None, **parameters):
-        """Return a node made by ``make`` with these parameters, spun by the executor."""
+        """Return the node, or the list of nodes, made by ``make`` with these parameters, spun by the executor."""
         arguments = {'context': self.context,
                      'parameter_overrides': [Parameter(key, value=value) for key, value in parameters.items()]}
-        node = make(name, **arguments) if name else make(**arguments)
-        self._nodes.append(node)
-        self.executor.add_node(node)
-        return node
+        made = make(name, **arguments) if name else make(**arguments)
+        for node in made if isinstance(made, list) else [made]:
+            self._nodes.append(node)
+            self.executor.add_node(node)
+        return made
 
     def remove(self, node):
         """End one node."""
