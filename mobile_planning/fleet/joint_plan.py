@@ -20,9 +20,11 @@ from mobile_planning.fleet.pebbles import Instance, Steps
 from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
 
 #: Between two bodies, beside their radii [m]: room for a contract's line, and room to pass at speed.
-GAP, WIDE = 0.035, 0.25
+GAP, WIDE = 0.035, 0.1
 #: Configurations, one a search, for a plan that passes everybody at speed.
 _WIDE_LIMITS = (300, 300)
+#: Moves are no longer than this [m].
+_PIECE = 0.3
 #: A start this near to the goal is the goal [m].
 _HOME = 0.01
 #: What leaves a tight place may come nearer by this [m]: rounding.
@@ -95,7 +97,7 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
     is_whole = steps.is_solved and (horizon is None or horizon >= len(steps.edges))
     if horizon is not None:
         steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)
-    ways, needs = order_moves(instance, places, steps)
+    ways, needs = order_moves(instance, places, steps, [member.radius for member in members])
     return JointWays(ways, needs, is_whole, steps.configurations)
 
 
@@ -196,13 +198,20 @@ def _conflicts(roadmap, distance, gap, places, edges, own, base):
     return close, swept
 
 
-def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps):
+def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps, radii: ArrayLike):
     """Return the ways (K + 1, 2) of all robots without their waits, and what each move needs; see `JointWays`.
 
-    A move waits for the last move of each other robot that comes before it, by its step and its turn in the step,
-    and that it would meet.
+    The moves of the steps are cut into short ones, so that nobody waits for longer than it must. A move waits for the
+    last move of each other robot that comes before it, by its step and its turn in the step, and that it would meet.
+
+    Parameters
+    ----------
+    instance : Instance
+    places : (n, 2) ndarray [m]
+    steps : Steps
+    radii : (N,) array_like [m]
     """
-    count = instance.count
+    count, radii = instance.count, np.asarray(radii, float)
     turns = [pebbles.ranks(instance, steps, t) for t in range(len(steps.edges))]
     robot, at = np.nonzero(steps.edges.T >= 0)
     when = at * (count + 1) + np.array(turns, np.int64).reshape(-1, count)[at, robot]
@@ -212,10 +221,16 @@ def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps):
     for end in (u, v):
         sweeps = instance.swept[kinds, e[:, None], end]
         meets |= sweeps | sweeps.T
+    later, earlier = np.nonzero(meets & (when[:, None] > when) & (robot[:, None] != robot))
+
+    move, ends = _cut(places[u], places[v])
+    robot = robot[move]
     first = np.searchsorted(robot, np.arange(count + 1))
-    number = np.arange(len(robot)) - first[robot] + 1
-    waits = np.where(meets & (when[:, None] > when) & (robot[:, None] != robot), number, 0)
-    ways = [places[np.concatenate([steps.places[:1, i], v[first[i]:first[i + 1]]])] for i in range(count)]
+    waits = np.zeros((len(move),) * 2, np.int64)
+    i, j = _pairs_of_pieces(move, later, earlier)
+    meet = _segments_apart(ends[i], ends[j]) < radii[robot[i]] + radii[robot[j]] + GAP
+    waits[i[meet], j[meet]] = (np.arange(len(robot)) - first[robot] + 1)[j[meet]]
+    ways = [np.concatenate([places[steps.places[:1, i]], ends[first[i]:first[i + 1], 1]]) for i in range(count)]
     needs = []
     for i in range(count):
         own = waits[first[i]:first[i + 1]]
@@ -223,6 +238,47 @@ def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps):
         before = np.maximum.accumulate(np.concatenate([np.zeros((1, count), most.dtype), most]), axis=0)[:-1]
         needs.append([[(int(j), int(row[j])) for j in np.flatnonzero(row > known)] for row, known in zip(most, before)])
     return ways, needs
+
+
+def _cut(a, b):
+    """Return pieces of the segments from ``a`` to ``b`` (K, 2): of which segment each is, and its ends (P, 2, 2)."""
+    count = np.maximum(np.ceil(np.linalg.norm(b - a, axis=1) / _PIECE - 1e-9).astype(np.int64), 1)
+    move = np.repeat(np.arange(len(a)), count)
+    number = np.arange(len(move)) - np.repeat(np.cumsum(count) - count, count)
+    shares = np.stack([number, number + 1], axis=1) / count[move, None]
+    ends = a[move, None] + shares[..., None] * (b - a)[move, None]
+    # The last piece ends exactly where the move does: it may be the goal.
+    is_last = number + 1 == count[move]
+    ends[is_last, 1] = b[move[is_last]]
+    return move, ends
+
+
+def _pairs_of_pieces(move, a, b):
+    """Return the pairs of pieces of the moves ``a`` and ``b`` (L,), two (Q,) arrays; ``move`` (P,) is sorted."""
+    first, last = (np.searchsorted(move, np.arange(move.max(initial=-1) + 2), side) for side in ('left', 'right'))
+    counts = (last - first)[a] * (last - first)[b]
+    pair = np.repeat(np.arange(len(a)), counts)
+    number = np.arange(len(pair)) - np.repeat(np.cumsum(counts) - counts, counts)
+    width = (last - first)[b][pair]
+    return first[a][pair] + number // np.maximum(width, 1), first[b][pair] + number % np.maximum(width, 1)
+
+
+def _segments_apart(a, b):
+    """Return the distance of the segments ``a`` and ``b`` (Q, 2, 2) [m], row by row; 0 where they cross."""
+    def to_segment(points, ends):
+        along, offset = ends[:, 1] - ends[:, 0], points - ends[:, 0]
+        share = np.clip((along * offset).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-18), 0.0, 1.0)
+        return np.linalg.norm(offset - share[:, None] * along, axis=1)
+
+    def is_split(ends, other):
+        along = ends[:, 1] - ends[:, 0]
+        sides = [along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0]
+                 for offset in (other[:, 0] - ends[:, 0], other[:, 1] - ends[:, 0])]
+        return sides[0] * sides[1] < 0
+
+    apart = np.min([to_segment(a[:, 0], b), to_segment(a[:, 1], b), to_segment(b[:, 0], a), to_segment(b[:, 1], a)],
+                   axis=0)
+    return np.where(is_split(a, b) & is_split(b, a), 0.0, apart)
 
 
 def _crosses(a, b):

@@ -13,6 +13,10 @@ from mobile_planning.fleet.joint_plan import Member, plan_jointly
 from mobile_planning.fleet.roadmap import Roadmap
 
 
+#: Steps of a plan that can be told in any case, but for very many robots.
+_TOLD = 60
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """A robot that can be asked to join a plan.
@@ -96,12 +100,18 @@ class JointRequest:
 
     def plan(self) -> JointPlan | None:
         """Return the plan, in some ten milliseconds or more; None if it is too long to be told."""
+        for horizon in (self.horizon, min(self.horizon, _TOLD)):
+            try:
+                return self._plan_of(horizon)
+            except InvalidInput:
+                # Ways of a hundred metres: their beginnings are enough for now.
+                continue
+        return None
+
+    def _plan_of(self, horizon):
         found = plan_jointly(self.roadmap, self.members, np.random.default_rng((self.proposer, self.epoch)),
-                             self.standing, self.horizon)
+                             self.standing, horizon)
         needs = tuple(tuple(tuple((self.ids[other], count) for other, count in need) for need in each)
                       for each in found.needs)
-        try:
-            return JointPlan(self.proposer, self.boot_epoch, 0, self.epoch, self.proposer, self.ids,
-                             tuple(found.ways), needs)
-        except InvalidInput:
-            return None
+        return JointPlan(self.proposer, self.boot_epoch, 0, self.epoch, self.proposer, self.ids, tuple(found.ways),
+                         needs)

@@ -52,7 +52,7 @@ _SAME_HEADING = 1e-6
 #: Cycles between two looks for a crowd.
 _LOOK_AROUND = 3
 #: Joint plans may be made so long [s] before the start of a mission, when all have been heard.
-_EARLY = 0.5
+_EARLY = 0.9
 #: Getting nearer to the goal by this [m] is progress.
 _PROGRESS = 0.05
 

@@ -12,7 +12,7 @@ from mobile_planning.fleet.joint_plan import GAP, Member, make_instance, plan_jo
 from mobile_planning.fleet.pebble_refinement import refined
 from mobile_planning.fleet.pebble_search import search, solve
 from mobile_planning.fleet.pebbles import Instance
-from mobile_planning.fleet.roadmap import Roadmap
+from mobile_planning.fleet.roadmap import LONG_REACH, Roadmap
 
 RADIUS = 0.205
 
@@ -185,7 +185,13 @@ def test_a_horizon_cuts_the_ways_short(doorway):
     whole = plan_jointly(doorway, members, np.random.default_rng(0))
     short = plan_jointly(doorway, members, np.random.default_rng(0), horizon=2)
     assert whole.is_whole and not short.is_whole
-    assert all(len(way) <= 3 for way in short.ways)
+    assert all(np.linalg.norm(np.diff(way, axis=0), axis=1).sum() <= 2 * LONG_REACH for way in short.ways)
+
+
+def test_moves_are_short_so_that_nobody_waits_for_longer_than_it_must(doorway):
+    plan = plan_jointly(doorway, crossing_members(np.random.default_rng(3), 4), np.random.default_rng(0))
+    for way, needs in zip(plan.ways, plan.needs):
+        assert len(needs) == len(way) - 1 and np.linalg.norm(np.diff(way, axis=0), axis=1).max() <= 0.3 + 1e-9
 
 
 def test_a_robot_whose_goal_is_barred_stays(doorway):
