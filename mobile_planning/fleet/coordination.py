@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.follower import Follower
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan, JointStatus
 from mobile_planning.fleet.joint_plan import Member
 from mobile_planning.fleet.joint_request import Candidate, JointRequest, gather, standing_beside
@@ -34,6 +35,8 @@ _GROUP, _AGAIN = 2.5, 12.0
 _HORIZONS = (10, 25)
 #: Whoever is about to propose waits so long [s] for one with a lower id that is, too.
 _DEFER = 0.75
+#: After so many plans in a row the next one comes only after a pause [s], that doubles each time up to the longest.
+_TRIED, _PAUSE, _LONGEST_PAUSE = 3, 2.0, 8.0
 #: An answer to a request is waited for so long [s].
 _PATIENCE = 5.0
 #: A plan that a member lacks is said again so often [s].
@@ -62,11 +65,15 @@ class Coordination:
     ----------
     status : JointStatus
         To be told to all in the message of a cycle.
+    held_up : HoldUp or None
+        Why the robot does not go on and for whom, if it waits.
     """
 
     def __init__(self, robot_id: int, environment: Environment, radius: float, v_max: float, *, boot_epoch: int = 1,
                  reach: float = 15.0):
         self.status = JointStatus()
+        self.held_up: HoldUp | None = None
+        self._goal: NDArray[np.float64] | None = None
         self._request: JointRequest | None = None
         self._requested_at = -np.inf
         self._id, self._boot, self._radius, self._v_max, self._reach = robot_id, boot_epoch, radius, v_max, reach
@@ -96,11 +103,6 @@ class Coordination:
     def calls(self) -> bool:
         """Whether a joint plan in force has moves left for this robot, even if it is at its goal."""
         return self._follower is not None and not self._follower.has_finished
-
-    @property
-    def behind(self) -> list[int]:
-        """The members of the plan in force that must go on before this robot may."""
-        return [] if self._follower is None else self._follower.waits_for(self._follower.released)
 
     def way(self, position: ArrayLike) -> NDArray[np.float64] | None:
         """Return way-points (W, 2) [m] from ``position`` to where the plan in force lets the robot go, if any is."""
@@ -166,7 +168,12 @@ class Coordination:
             Places and radii of robots that are known to stay where they are.
         """
         position, plan_end, goal = (np.asarray(each, float) for each in (position, plan_end, goal))
+        if self._goal is not None and not np.array_equal(goal, self._goal):
+            # The plan leads elsewhere; the others hear that it is followed no more.
+            self._follower = None
+        self._goal = goal
         self._follow(now, position, plan_end)
+        self.held_up = self._waits(now, plan_end, is_done, stalled)
         if now - self._requested_at > _PATIENCE and self._is_due(now, plan_end, goal, is_done, stalled):
             self._request = self._made_request(now, plan_end, goal, stalled, standing)
             self._requested_at = -np.inf if self._request is None else now
@@ -253,6 +260,31 @@ class Coordination:
         self._said_at = now
         return [self._as_own(plan)]
 
+    def _waits(self, now, plan_end, is_done, stalled):
+        """Return why the robot waits, None if it does not."""
+        follower = self._follower
+        if follower is not None:
+            others = follower.waits_for(follower.released)
+            if follower.has_finished or not others or follower.released > follower.done:
+                return None
+            return HoldUp(now - follower.waiting, Reason.TURN, tuple(others))
+        if is_done or stalled < _STALLED:
+            return None
+        if not self._is_blocked():
+            return HoldUp(now - stalled, Reason.STALLED)
+        since = now - stalled
+        if self.held_up is not None and self.held_up.reason is Reason.BLOCKED:
+            since = min(since, self.held_up.since)
+        return HoldUp(since, Reason.BLOCKED, tuple(other for other, _ in self._stand(now, (), plan_end)))
+
+    def _is_blocked(self):
+        """Whether the newest plan left this robot where it was, away from its goal."""
+        if self._last is None:
+            return False
+        plan = self._last.plan
+        way = plan.ways[plan.members.index(self._id)]
+        return len(way) == 1 and bool(np.linalg.norm(way[-1] - self._goal) > _HOME)
+
     # Proposals
 
     def _is_due(self, now, plan_end, goal, is_done, stalled):
@@ -278,7 +310,8 @@ class Coordination:
         if is_done or np.linalg.norm(plan_end - goal) <= _HOME:
             return False
         if stalled >= _STALLED:
-            return True
+            # What leads nowhere is tried again, but ever more rarely.
+            return now - self._proposed_at >= min(_PAUSE * 2.0**(self._level - _TRIED), _LONGEST_PAUSE)
         if now >= self._look_at and (self._environment.obstacles or self._environment.grid is not None):
             self._look_at = now + _LOOK_EVERY
             self._is_contested = self._meets_somebody(now, plan_end, goal)
@@ -337,7 +370,11 @@ class Coordination:
 
     def _staying(self, now, ids, plan_end):
         """Return places and radii of those within reach that will not move for a plan of ``ids``."""
-        return [(message.plan.end, message.radius) for other, (message, _) in self._heard.items()
+        return [(message.plan.end, message.radius) for _, message in self._stand(now, ids, plan_end)]
+
+    def _stand(self, now, ids, plan_end):
+        """Return ids and messages of those within reach that stand, without ``ids``."""
+        return [(other, message) for other, (message, _) in sorted(self._heard.items())
                 if other not in ids and np.linalg.norm(message.plan.end - plan_end) < self._reach
                 and (self._is_silent(other, now) or message.mode in (Mode.STOPPED, Mode.DONE))]
 

@@ -58,6 +58,8 @@ class Waiting:
         Dead peers with whom its contracts still hold, for nobody has told it of their death.
     behind : tuple of int
         Members of its joint plan that must move first.
+    blocked_by : tuple of int
+        Robots that stand between it and its goal: no joint plan leads past them.
     is_cut_off : bool
         Whether dead bodies left no way to its goal, or lay on it.
     """
@@ -69,6 +71,7 @@ class Waiting:
     without_word_of: tuple[int, ...] = ()
     bound_to_dead: tuple[int, ...] = ()
     behind: tuple[int, ...] = ()
+    blocked_by: tuple[int, ...] = ()
     is_cut_off: bool = False
 
     def __str__(self) -> str:
@@ -76,6 +79,7 @@ class Waiting:
         whys = [f'may not set out without word of {_robots(self.without_word_of)}'] if self.without_word_of else []
         whys += [f'is bound by contracts with {_robots(self.bound_to_dead)}, dead'] if self.bound_to_dead else []
         whys += [f'lets {_robots(self.behind)} go first by its joint plan'] if self.behind else []
+        whys += [f'finds no way past {_robots(self.blocked_by)}'] if self.blocked_by else []
         whys += ['is cut off from its goal by the dead'] if self.is_cut_off else []
         x, y = self.place
         return (f'robot {self.robot}, {self.mode}, at ({x:.2f}, {y:.2f}), has come no nearer since {self.since:.1f} s'

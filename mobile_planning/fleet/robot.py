@@ -25,6 +25,7 @@ from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.protocol import Protocol
 from mobile_planning.fleet.roundabout import Roundabout, predict_crowd, updated
+from mobile_planning.fleet.hold_up import HoldUp
 from mobile_planning.fleet.horizon import Horizon, rest_index
 from mobile_planning.fleet.section import Limits, SectionProblem, shorten
 from mobile_planning.fleet.solution import Solution
@@ -412,14 +413,14 @@ class Robot:
         return self.k_mod.q_final.copy()
 
     @property
-    def behind(self) -> list[int]:
-        """The robots that must go on before this one may, by the joint plan in force."""
-        return self._coordination.behind
-
-    @property
     def plan(self) -> Plan:
         """The plan in force, from the knot of the last commit on."""
         return self._in_force.plan
+
+    @property
+    def held_up(self) -> HoldUp | None:
+        """Why the robot does not go on and for whom, as of the last commit; None if it does, or is done."""
+        return None if self.is_done else self._coordination.held_up
 
     @property
     def phase(self) -> float:

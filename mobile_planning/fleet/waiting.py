@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import NoPath
 from mobile_planning.fleet.guidance import Guidance
+from mobile_planning.fleet.hold_up import Reason
 from mobile_planning.fleet.message import LinkMode, Mode
 from mobile_planning.fleet.report import Waiting
 from mobile_planning.fleet.vehicle import Vehicle
@@ -69,9 +70,11 @@ def _waiting(vehicle, gone, bodies, environment, now):
     place = tuple(map(float, robot.state(clock)[:2]))
     links = robot.protocol.links(clock)
     mode = 'paused' if robot.is_paused else robot.mode.name.lower()
+    held = robot.held_up
+    others = () if held is None else held.for_robots
     forbidding = robot.protocol.forbidding(clock, True) if robot.mode is not Mode.STOPPED else []
     return Waiting(
         robot.eyed, mode, _nearer_until(vehicle, environment, now), place, tuple(sorted(forbidding)),
         tuple(sorted(peer for peer in gone & links.keys() if links[peer].mode is LinkMode.CON)),
-        tuple(sorted(robot.behind)),
+        *(others if held is not None and held.reason is reason else () for reason in (Reason.TURN, Reason.BLOCKED)),
         is_cut_off(place, robot.k_mod.z_final, robot.limits.radius, bodies, environment))

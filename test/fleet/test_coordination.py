@@ -11,6 +11,7 @@ from mobile_planning.fleet.coordination import Coordination
 from mobile_planning.fleet.follower import Follower
 from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan, JointStatus
 from mobile_planning.fleet.joint_request import Candidate, gather, standing_beside
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.message import Mode, RobotMsg
 
 RADIUS, CYCLE = 0.205, 0.25
@@ -243,6 +244,56 @@ def test_a_request_that_is_never_answered_is_made_anew_after_a_while():
         own.update(now, (0, 0), (0, 0), (3, 0), False, 2.0 + now)
         due += [now] if own.take_request() is not None else []
     assert due == [0.25, 5.5, 10.75]
+
+
+# Who waits, and why
+
+
+def test_a_robot_waits_for_those_that_go_first():
+    own = coordination(1, [message(2), message(3)])
+    own.hear(joint_plan(robot_id=3), 1.0)
+    own.update(1.25, (0, 0), (0, 0), (1, 0), False, 0.0)
+    own.update(1.5, (0, 0), (0, 0), (1, 0), False, 0.0)
+    assert own.held_up == HoldUp(1.25, Reason.TURN, (2,))
+    own.hear(message(2, status=follows(joint_plan(), r2=1)), 1.6)
+    own.update(1.75, (0, 0), (0, 0), (1, 0), False, 0.0)
+    assert own.held_up is None
+
+
+def test_a_robot_whose_goal_is_taken_by_one_that_stopped_is_blocked_and_says_by_whom():
+    own = coordination(2, environment=doorway())
+    reasons, proposals = [], []
+    for now in np.arange(0.0, 60.0, CYCLE):
+        own.hear(message(7, (0.0, 0.0), mode=Mode.STOPPED), now)
+        own.update(now, (-1.5, 0.0), (-1.5, 0.0), (1.5, 0.0), False, 2.0 + now)
+        request = own.take_request()
+        if request is not None:
+            own.propose(request.plan(), now)
+            proposals.append(now)
+        reasons.append(own.held_up)
+    assert reasons[-1].reason is Reason.BLOCKED and reasons[-1].for_robots == (7,) and len(proposals) < 15
+
+
+def test_who_makes_progress_or_is_home_does_not_wait():
+    own = coordination(2)
+    own.update(0.0, (0, 0), (0, 0), (3, 0), False, 0.5)
+    assert own.held_up is None
+    own.update(0.25, (0, 0), (0, 0), (3, 0), True, 9.0)
+    assert own.held_up is None
+    own.update(0.5, (0, 0), (0, 0), (3, 0), False, 9.0)
+    assert own.held_up == HoldUp(-8.5, Reason.STALLED)
+
+
+def test_with_a_new_goal_the_plan_is_left_and_the_others_leave_it_too():
+    one, other = coordination(1, [message(2), message(3)]), coordination(2, [message(1), message(3)])
+    for own in (one, other):
+        own.hear(joint_plan(robot_id=3), 1.0)
+    one.update(1.25, (0, 0), (0, 0), (1, 0), False, 0.0)
+    one.update(1.5, (0, 0), (0, 0), (4, 4), False, 0.0)
+    assert not one.is_following and not one.status.is_followed
+    other.hear(message(1, status=one.status), 1.5)
+    other.update(1.75, (1, 0), (1, 0), (2, 0), False, 0.0)
+    assert not other.is_following
 
 
 # Which plan counts
