@@ -5,12 +5,13 @@ Safety never depends on it: a plan is committed for what it proves, not for wher
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput, NoPath
+from mobile_planning.fleet import prediction
+from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.roundabout import Roundabout
 from mobile_planning.fleet.way_finder import WayFinder
 from mobile_planning.geometry import finite_points
@@ -24,31 +25,10 @@ _AHEAD, _FASTER = 0.15, 1.05
 _IN_FRONT, _NEAR_TIME = 0.25, 0.7
 #: It turns by the first angle [rad], after 1 s without progress by more each second [rad/s], up to the last.
 _TURN, _TURN_RATE, _MOST_TURN = np.deg2rad((60.0, 20.0, 120.0))
+#: The prediction lasts longer than the plan by this [s]; nearer than this [m] is there.
+_LONGER, _THERE = 0.5, 1e-6
 #: Squares of places further out [m] would overflow.
 _FAR = 1e12
-
-
-@dataclass(frozen=True, eq=False)
-class Neighbour:
-    """Another robot as heard.
-
-    Parameters
-    ----------
-    position : (2,) array_like [m]
-        When the new section would start.
-    end : (2,) array_like [m]
-        Where its plan ends.
-    goal : (2,) array_like [m]
-    radius : float [m]
-    is_parked : bool
-        It stands at its goal, or for ever.
-    """
-
-    position: ArrayLike
-    end: ArrayLike
-    goal: ArrayLike
-    radius: float
-    is_parked: bool = False
 
 
 class Guidance:
@@ -127,7 +107,8 @@ class Guidance:
         return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
     def reference(self, standing: ArrayLike, neighbours: Sequence[Neighbour], step: float, stalled: float, *,
-                  roundabout: Roundabout | None = None) -> NDArray[np.float64]:
+                  roundabout: Roundabout | None = None,
+                  velocity: ArrayLike | None = None) -> NDArray[np.float64]:
         """Return where to draw the new plan at each knot.
 
         Parameters
@@ -141,6 +122,9 @@ class Guidance:
             How long there has been no progress.
         roundabout : Roundabout, optional
             To be taken where it lies in the way and nothing static stands in it.
+        velocity : (2,) array_like [m/s], optional
+            Of this robot at the first row. With it, and the goal in sight, the robot goes where the
+            `prediction` of everybody's ways leads it; else the right-hand rule holds.
 
         Returns
         -------
@@ -158,6 +142,8 @@ class Guidance:
                 way = self.path(standing[0], parked)
             except NoPath:
                 return standing.copy()
+            if velocity is not None and len(way) == 2:
+                return self._predicted(way, standing, neighbours, parked, stalled, step, velocity)
             way = self._keep_right(way, standing, neighbours, parked, stalled, step)
         return self.follow(way, standing, step, parked)
 
@@ -177,8 +163,8 @@ class Guidance:
         -------
         (M, 2) ndarray [m]
         """
-        return self._finder.drawn(finite_points(way), finite_points(standing), self._discs(parked, _BRUSH), _AHEAD,
-                                  _FASTER * self.v_max * step)
+        reach = _AHEAD + _FASTER * self.v_max * step * np.arange(1.0, len(standing) + 1)
+        return self._finder.drawn(finite_points(way), finite_points(standing), self._discs(parked, _BRUSH), reach)
 
     # How it works
 
@@ -186,6 +172,18 @@ class Guidance:
         """Return the places of robots and how far to keep from them (P, 3) [m]."""
         keep = self.radius + room
         return np.array([(*_near(other.position), other.radius + keep) for other in parked]).reshape(-1, 3)
+
+    def _predicted(self, way, standing, neighbours, parked, stalled, step, velocity):
+        """Return the reference (M, 2) [m] along the own part of the prediction, no faster than that goes."""
+        way = np.array([standing[0], self.goal])
+        others = [other for other in neighbours if np.abs(other.position).max() < _FAR]
+        # A little longer than the plan, for the reference runs ahead.
+        seconds = step * len(standing) + _LONGER
+        track = prediction.drive_on(self._finder, way, velocity, self.radius, self.v_max, others, seconds, stalled)
+        reach = _AHEAD + _FASTER * prediction.arcs(track, seconds, step * np.arange(len(standing)))
+        if np.abs(track[-1] - self.goal).max() < _THERE:
+            track[-1] = self.goal
+        return self._finder.drawn(track, standing, self._discs(parked, _BRUSH), reach)
 
     def _keep_right(self, way, standing, neighbours, parked, stalled, step):
         """Return the way, turned to the right where moving robots are ahead and no wall is there."""

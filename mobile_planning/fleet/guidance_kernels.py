@@ -18,6 +18,7 @@ COSTS = types.Array(f8, 2, 'C', readonly=True)
 ANCHORS = types.Array(i4, 2, 'C', readonly=True)
 NODES = types.Array(i8, 1, 'C', readonly=True)
 POINTS = types.Array(f8, 2, 'C', readonly=True)
+NUMBERS = types.Array(f8, 1, 'C', readonly=True)
 
 #: Between samples of a segment that passes near something, and what its square takes off the room between two.
 STEP = 0.5
@@ -345,9 +346,9 @@ def is_open(squared, discs, ax, ay, bx, by, radius):
     return room_at(squared, bx, by) >= least and is_clear(squared, discs, ax, ay, bx, by, radius * radius)
 
 
-@njit(f8[:, ::1](ROOM, POINTS, POINTS, b1, POINTS, f8, f8, f8), nogil=True, cache=True)
-def draw_ahead(squared, discs, way, to_goal, standing, ahead, step, radius):
-    """Return for each row m of ``standing`` the furthest point of the way it sees, up to ahead + (m + 1) step along it.
+@njit(f8[:, ::1](ROOM, POINTS, POINTS, b1, POINTS, NUMBERS, f8), nogil=True, cache=True)
+def draw_ahead(squared, discs, way, to_goal, standing, reach, radius):
+    """Return for each row m of ``standing`` the furthest point of the way it sees, up to ``reach[m]`` along it.
 
     Where it sees none the row stays as it is. The way's last point may be tight if it is the goal.
     """
@@ -357,7 +358,7 @@ def draw_ahead(squared, discs, way, to_goal, standing, ahead, step, radius):
         arc[i] = arc[i - 1] + np.hypot(way[i, 0] - way[i - 1, 0], way[i, 1] - way[i - 1, 1])
     for m in range(len(standing)):
         x, y = standing[m]
-        at = min(ahead + (m + 1) * step, arc[-1])
+        at = min(reach[m], arc[-1])
         if to_goal and at == arc[-1] and is_clear(squared, discs, x, y, way[-1, 0], way[-1, 1], radius * radius):
             drawn[m] = way[-1]
             continue

@@ -18,11 +18,12 @@ from mobile_planning.fleet import fences
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan, bezier, splice
 from mobile_planning.fleet.contracts import ROUNDING, Contract, build, room
 from mobile_planning.fleet.coordination import Coordination
-from mobile_planning.fleet.guidance import Guidance, Neighbour
+from mobile_planning.fleet.guidance import Guidance
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import JointRequest
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
+from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.protocol import Protocol
 from mobile_planning.fleet.roundabout import Roundabout, predict_crowd, updated
 from mobile_planning.fleet.hold_up import HoldUp
@@ -494,8 +495,9 @@ class Robot:
         way = self._coordination.way(standing[0])
         if way is not None:
             return self._guidance.follow(way, standing, self._step)
-        return self._guidance.reference(standing, self._neighbours(knot), self._step, now - self._progress_at,
-                                        roundabout=self._roundabout)
+        velocity = (old[3] - old[1]) / (2 * self._step)
+        return self._guidance.reference(standing, self._neighbours(knot + 1), self._step, now - self._progress_at,
+                                        roundabout=self._roundabout, velocity=velocity)
 
     def _brakes_to(self, old):
         """Return where (2,) [m] the robot can come to rest that goes on from ``old``."""
@@ -509,7 +511,9 @@ class Robot:
             points = message.plan.control(max(knot, message.plan.first_knot), 3)
             position = (points[0] + 4 * points[1] + points[2]) / 6
             parked = message.mode in (Mode.DONE, Mode.STOPPED) and message.plan.end_knot <= knot
-            neighbours.append(Neighbour(position, message.plan.end, message.goal, message.radius, parked))
+            velocity = (points[2] - points[0]) / (2 * message.plan.step)
+            neighbours.append(Neighbour(position, message.plan.end, message.goal, message.radius, parked, velocity,
+                                        message.v_max))
         for place, radius in self.protocol.discs():
             if not any(np.linalg.norm(neighbour.position - place) < radius for neighbour in neighbours):
                 neighbours.append(Neighbour(place, place, place, radius, True))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 #: Robots stand in a crowd closer than so many radii times the root of their number.
-_CROWDED = 2.0
+_CROWDED = 1.5
 #: Least number of robots in a crowd that is worth a way round.
 _LEAST = 4
 #: Radii of circumference for each robot, and least radius of a roundabout, in radii of a robot.

@@ -93,15 +93,15 @@ class WayFinder:
                 way = around if len(around) else way
         return np.concatenate([self._to_metres(way[:-1]), self.goal[None]]) if len(way) else way
 
-    def drawn(self, way: NDArray, standing: NDArray, discs: NDArray, ahead: float, step: float) -> NDArray[np.float64]:
-        """Return for each row m of ``standing`` (M, 2) [m] the furthest point of a way (W, 2) [m] in sight of it.
+    def drawn(self, way: NDArray, standing: NDArray, discs: NDArray, reach: NDArray) -> NDArray[np.float64]:
+        """Return for each row of ``standing`` (M, 2) [m] the furthest point of a way (W, 2) [m] in sight of it.
 
-        No further along the way than ``ahead`` + (m + 1) ``step`` [m]. Where no point is in sight the row stays.
+        No further along the way than ``reach`` (M,) [m]. Where no point is in sight the row stays.
         """
         places = self._to_cells(standing)
         drawn = self._kernels.draw_ahead(
             self._squared, self._in_cells(discs), self._to_cells(way), bool((way[-1] == self.goal).all()), places,
-            ahead / self.resolution, step / self.resolution, self._radius)
+            reach / self.resolution, self._radius)
         return np.where((drawn == places).all(axis=1, keepdims=True), standing, self._to_metres(drawn))
 
     def is_open(self, a: ArrayLike, b: ArrayLike, discs: NDArray = _NO_DISCS) -> bool:
@@ -112,6 +112,11 @@ class WayFinder:
     def room(self, place: ArrayLike) -> float:
         """Return at least how far [m] the nearest thing static is from ``place`` (2,) [m]."""
         return float(np.sqrt(self._kernels.room_at(self._squared, *self._to_cells(place)))) * self.resolution
+
+    @property
+    def lattice(self) -> tuple[NDArray[np.float32], NDArray[np.float64], float]:
+        """Squared room (h, w) [cells^2] at the nodes, the place (2,) [m] of the first, and their distance [m]."""
+        return self._squared, self._low, self.resolution
 
     def _to_cells(self, points):
         return (np.clip(np.asarray(points, float), -_FAR, _FAR) - self._low) / self.resolution

@@ -1,0 +1,34 @@
+"""Neighbour: another robot as heard, as far as guidance cares."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbour:
+    """Another robot as heard.
+
+    Parameters
+    ----------
+    position : (2,) array_like [m]
+        At the first knot that a new section changes.
+    end : (2,) array_like [m]
+        Where its plan ends.
+    goal : (2,) array_like [m]
+    radius : float [m]
+    is_parked : bool
+        It stands at its goal, or for ever.
+    velocity : (2,) array_like [m/s]
+        There.
+    v_max : float [m/s]
+    """
+
+    position: ArrayLike
+    end: ArrayLike
+    goal: ArrayLike
+    radius: float
+    is_parked: bool = False
+    velocity: ArrayLike = (0.0, 0.0)
+    v_max: float = 1.0
