@@ -55,6 +55,9 @@ class Body:
     def clear_of(self, place, radius):
         return nearest(self.ahead(), np.asarray(place)) >= RADIUS + radius - ROUNDING
 
+    def is_ample(self, contract, heard):
+        return False
+
     def offer(self, contract_id, heard):
         first = max(self.span, heard.plan.first_knot)
         contract = build(contract_id, self.plan, heard.plan, first, RADIUS, heard.radius)

@@ -201,6 +201,11 @@ class OwnerSide(Side):
         """The contracts that the peer may take."""
         return tuple(held for held in self.contracts if held.contract.id > self.promised)
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether the peer holds the one contract there is, and neither may ever have given it up."""
+        return self.mode is LinkMode.CON and len(self.contracts) == 1 and self.doubt == -inf
+
     def bound(self) -> tuple[Contract, ...]:
         """Return the contracts that every commit must satisfy."""
         return tuple(held.contract for held in self.contracts)

@@ -34,6 +34,9 @@ class Geometry(typing.Protocol):
     def clear_of(self, place: NDArray, radius: float) -> bool:
         """Return whether the whole plan stays the own radius and ``radius`` [m] from ``place`` (2,) [m]."""
 
+    def is_ample(self, contract: Contract, heard: RobotMsg) -> bool:
+        """Return whether both the plan and the one ``heard`` leave so much room that a fresher contract can wait."""
+
     def offer(self, contract_id: int, heard: RobotMsg) -> Contract | None:
         """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies."""
 
@@ -273,7 +276,8 @@ class Protocol:
         if not isinstance(side, OwnerSide):
             return None
         heard, is_fresh = self.heard.get(other), False
-        if other in self._stale and heard is not None and side.may_offer(self.terms):
+        if other in self._stale and heard is not None and side.may_offer(self.terms) and not (
+                side.is_settled and self._geometry.is_ample(side.contracts[0].contract, heard)):
             contract = self._geometry.offer(side.next_id, heard)
             if contract is not None:
                 self._sides[other] = side = side.offering(contract, heard.sequence, now)

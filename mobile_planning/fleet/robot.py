@@ -53,6 +53,8 @@ _V_REST = 0.03
 _SAME_HEADING = 1e-6
 #: Cycles between two looks for a crowd.
 _LOOK_AROUND = 3
+#: A contract is renewed once a plan comes nearer to its line than what is driven in this time [s].
+_AMPLE = 1.5
 #: Joint plans may be made so long [s] before the start of a mission, when all have been heard.
 _EARLY = 0.9
 #: Getting nearer to the goal by this [m] is progress.
@@ -641,6 +643,12 @@ class _InForce:
         curves = bezier(self.plan.control(self.span, count))
         fence = fences.of_discs([(np.asarray(place, float), radius)], curves, self._radius)
         return bool(fence.room(curves).min() >= -ROUNDING)
+
+    def is_ample(self, contract: Contract, heard: RobotMsg) -> bool:
+        enough = _AMPLE * heard.v_max
+        if contract.first_span > self.span or room(contract, self.plan, self.span, True, self._radius) < enough:
+            return False
+        return room(contract, heard.plan, max(self.span, heard.plan.first_knot), False, heard.radius) >= enough
 
     def offer(self, contract_id: int, heard: RobotMsg) -> Contract | None:
         if heard.plan is None or heard.plan.step != self._step:

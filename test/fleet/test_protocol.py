@@ -20,7 +20,10 @@ class Yielding:
     """A geometry that agrees to all, or to nothing."""
 
     def __init__(self, agrees=True):
-        self.agrees = agrees
+        self.agrees, self.has_room = agrees, False
+
+    def is_ample(self, contract, heard):
+        return self.has_room
 
     def accepts(self, contract, is_owner):
         return self.agrees
@@ -68,6 +71,22 @@ def test_before_anything_is_agreed_nobody_moves():
     for number in (1, 2):
         assert not robot(number).may_move(0.0, True) and not robot(number).may_move(0.0, False)
     assert robot(1, roster=[1]).may_move(0.0, True)
+
+
+def test_a_contract_that_leaves_ample_room_is_not_renewed_until_it_does_not():
+    owner, peer = agreed()
+    for owner._geometry.has_room, is_renewed in ((True, False), (False, True)):
+        owner.hear(says(peer, 1.0), 1.0)
+        message = owner.due(1.0)
+        assert (message is not None and bool(message.offers)) == is_renewed
+        assert owner.may_move(1.0, False)
+
+
+def test_what_is_not_yet_agreed_is_offered_whatever_room_there_is():
+    owner, peer = robot(1), robot(2)
+    owner._geometry.has_room = True
+    owner.hear(says(peer, 0.0), 0.0)
+    assert owner.due(0.0).offers
 
 
 def test_an_offer_and_an_answer_bind_both_and_let_both_move():
