@@ -14,8 +14,6 @@ from mobile_planning.fleet.solution import Solution
 
 #: `Mission.STARTED`, `RobotMsg.DRIVING`.
 _STARTED, _DRIVING = 1, 1
-#: Farther than this [m] from where it was, a robot has moved.
-_MOVED = 0.05
 
 
 @dataclass(frozen=True)
@@ -53,19 +51,24 @@ class History:
 
     def solutions(self) -> dict[int, Solution]:
         """Return what each robot has published that it drives, under all its processes."""
-        plans: dict[int, dict[tuple[int, int], tuple[int, Plan]]] = {}
+        plans: dict[int, dict[tuple[int, int], tuple[int, Plan, float]]] = {}
         done: dict[int, bool] = {}
-        for record in self.of('robot'):
-            key, sequence = (record['epoch'], record['plan']), record['sequence']
+        for record in self.records:
+            if record['kind'] not in ('robot', 'plan'):
+                continue
+            # Later messages hold less of the same plan, its beginning is past; what is said at the end is whole.
+            is_whole = record['kind'] == 'plan'
+            key, sequence = (record['epoch'], record['plan']), -1 if is_whole else record['sequence']
             known = plans.setdefault(record['robot'], {})
-            # Later messages hold less of the same plan: its beginning is past.
             if key not in known or sequence < known[key][0]:
-                points = np.array(record['points']).reshape(-1, 2)
-                known[key] = sequence, Plan(record['first_knot'], record['step'], points, record['heading'],
-                                            record['final_heading'], record['reverse'])
-            done[record['robot']] = record['done']
-        return {robot: Solution(robot, tuple(known[key][1] for key in sorted(known)), done[robot],
-                                start_time=self.start) for robot, known in plans.items()}
+                known[key] = sequence, _plan(record), record['commit'] if is_whole else np.nan
+            if not is_whole:
+                done[record['robot']] = record['done']
+        solutions = {}
+        for robot, known in plans.items():
+            _, driven, commits = zip(*(known[key] for key in sorted(known)))
+            solutions[robot] = Solution(robot, driven, done.get(robot, False), start_time=self.start, commits=commits)
+        return solutions
 
     def least_gap(self) -> float:
         """Return the least distance [m] that two bodies had, by their own odometry; infinite for one body."""
@@ -105,3 +108,8 @@ class History:
                 first.setdefault((record['host'], record['robot']), record['heard'] - healed)
         pairs = {(host, robot) for robot, home in homes.items() for host in hosts if host != home}
         return max(first.values()) if pairs <= set(first) else np.inf
+
+
+def _plan(record):
+    return Plan(record['first_knot'], record['step'], np.array(record['points']).reshape(-1, 2), record['heading'],
+                record['final_heading'], record['reverse'])

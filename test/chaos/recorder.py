@@ -7,15 +7,16 @@ from __future__ import annotations
 import json
 import sys
 from functools import partial
+from math import nan
 from time import time
 
 import rclpy
-from mobile_planning_msgs.msg import Mission, RobotMsg, RobotStatus
+from mobile_planning_msgs.msg import Mission, RobotMsg, RobotStatus, Solution
 from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-from mobile_planning.nodes import qos
+from mobile_planning.nodes import convert_mission, qos
 from mobile_planning.nodes.convert import seconds
 
 
@@ -27,6 +28,7 @@ class Recorder(Node):
         self._file = file
         self.create_subscription(RobotMsg, '/robot_msgs', self._on_robot, qos.robot_messages(256))
         self.create_subscription(Mission, '/mission', self._on_mission, qos.MISSION)
+        self.create_subscription(Solution, '/solutions', self._on_solution, qos.SOLUTION_READER)
         for robot in robots:
             self.create_subscription(Odometry, f'/robot_{robot}/odom', partial(self._on_odometry, robot), qos.live(10))
             self.create_subscription(RobotStatus, f'/robot_{robot}/status', self._on_status, qos.live(10))
@@ -40,6 +42,14 @@ class Recorder(Node):
                     mode=message.mode, plan=message.plan_seq, step=message.step, first_knot=message.first_knot,
                     points=list(message.control_points), heading=message.heading,
                     final_heading=message.final_heading, reverse=message.reverse, done=message.done_planning)
+
+    def _on_solution(self, message):
+        plans = convert_mission.solution(message, message.header.frame_id).plans
+        commits = [*message.commits, *[nan] * len(plans)]
+        for number, (plan, commit) in enumerate(zip(plans, commits)):
+            self._write('plan', robot=message.robot_id, epoch=message.boot_epoch, plan=number, commit=commit,
+                        step=plan.step, first_knot=plan.first_knot, points=plan.points.ravel().tolist(),
+                        heading=plan.heading, final_heading=plan.final_heading, reverse=plan.reverse)
 
     def _on_mission(self, message):
         self._write('mission', state=message.state, start=seconds(message.start))
