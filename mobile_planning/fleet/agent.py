@@ -22,6 +22,8 @@ from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.message import Contracts, Death, RobotMsg
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
+from mobile_planning.world.environment import Environment
+from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 #: Between two looks for a robot [s], as long as there is none.
@@ -87,6 +89,7 @@ class Agent:
         self._mission: Announcement | None = None
         self._problem, self._is_stopped, self._twin_until = '', False, -np.inf
         self._holds: dict[str, str] = {}
+        self._obstacles, self._world_trouble = (), ''
         self._turn, self._waiting = threading.RLock(), deque(maxlen=_WAITING)
         self._driven, self._is_placed = -1, is_placed
         self.itinerary, self._is_at_goal = Itinerary(robot_id, scene.errands()), False
@@ -105,7 +108,7 @@ class Agent:
         """Why the robot does not drive on; empty if nothing keeps it."""
         if self.robot is None:
             return self._problem or ('waiting for the map' if self._is_placed else 'waiting for the pose')
-        return '; '.join(self._holds.values())
+        return '; '.join([*self._holds.values(), *filter(None, [self._world_trouble])])
 
     @property
     def is_finished(self) -> bool:
@@ -169,25 +172,40 @@ class Agent:
                 self._make(now)
 
     def take_map(self, grid: OccupancyGrid, now: float) -> None:
-        """Make the robot on the map ``grid``.
+        """Drive on the map ``grid`` from ``now`` [s] on.
+
+        Before the mission has started that is a new robot. On the way the plan in force and the contracts stand; where
+        the plan leads into cells that are occupied by now the robot brakes, see `Robot.enter`.
 
         Raises
         ------
-        InvalidInput
-            Its mission has started.
         PlanningError
-            The robot has no room there, or no way to its goal.
+            There is no robot yet, and there it has no room, or no way to its goal.
         """
         with self._turn:
             if grid == self._grid:
                 return
             if self._has_started:
-                raise InvalidInput('a map that comes when the mission has started is not used')
+                self._grid = grid
+                self._enter(now)
+                return
             if self.robot is not None:
                 # Peers take messages that count from one again for old ones, unless the epoch is new.
                 self.epoch += 1
             self._grid = grid
             self._make(now)
+
+    def take_obstacles(self, obstacles: Sequence[Obstacle], now: float) -> None:
+        """Drive among ``obstacles``, beside those of the scene and the map, from ``now`` [s] on; see `take_map`."""
+        with self._turn:
+            self._obstacles = tuple(obstacles)
+            if self.robot is not None:
+                self._enter(now)
+
+    def _enter(self, now):
+        scene, grid = self._scene, self._scene.grid if self._grid is None else self._grid
+        self.robot.enter(Environment(scene.boundary, (*scene.obstacles, *self._obstacles), grid), now)
+        self._world_trouble = self.robot.world_trouble
 
     def follow(self, announcement: Announcement, now: float) -> None:
         """Do what is announced.
@@ -296,6 +314,7 @@ class Agent:
             messages = self.robot.commit(section, now)
             self._hand_over()
             self._go_on(now)
+            self._world_trouble = self.robot.world_trouble
             return messages
 
     def take_request(self) -> JointRequest | None:
@@ -361,7 +380,8 @@ class Agent:
         if not self._is_placed:
             return
         try:
-            self.robot = self._scene.robot(self._id, self._grid, epoch=self.epoch, start_time=now, **self._options)
+            scene = replace(self._scene, obstacles=(*self._scene.obstacles, *self._obstacles))
+            self.robot = scene.robot(self._id, self._grid, epoch=self.epoch, start_time=now, **self._options)
         except PlanningError as error:
             self.robot, self._problem = None, str(error)
             raise

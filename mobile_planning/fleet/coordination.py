@@ -94,6 +94,12 @@ class Coordination:
         """Make the roadmap now: from some ten milliseconds on, the larger the world the longer."""
         self._lane_finder()
 
+    def enter(self, environment: Environment) -> None:
+        """Plan in another static world from now on; a plan in force led through the one before."""
+        self._environment, self._lanes, self._is_contested = environment, None, False
+        self._roadmaps.clear()
+        self.leave()
+
     @property
     def is_following(self) -> bool:
         """Whether a joint plan is in force."""

@@ -79,6 +79,15 @@ class Horizon:
                 return new, np.nan
         return None, np.nan
 
+    def brake(self, old: NDArray, stop: NDArray, own: Fences) -> NDArray[np.float64] | None:
+        """Return control points (n, 2) [m] that go on from ``old`` and come to rest near ``stop`` (2,) [m].
+
+        They keep to the fences of the other robots as far as a convex program can; the static world does not count.
+        None where nothing is found.
+        """
+        new = self._problem.solve(old, np.repeat([stop], self._spans, axis=0), own)
+        return new if self._is_drivable(new) else None
+
     def _proved(self, old, curves, reference, own, known, departure):
         """Return control points (n, 2) that keep to all fences; None where that is no progress."""
         new = self._solve(old, reference, known, departure)

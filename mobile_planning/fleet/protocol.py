@@ -8,7 +8,7 @@ cycle: each may commit when it likes. What they agree on, and why it is safe, is
 from __future__ import annotations
 
 import typing
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from math import hypot, inf
 
 import numpy as np
@@ -240,6 +240,11 @@ class Protocol:
     def forbidding(self, now: float, at_rest: bool) -> list[int]:
         """Return the robots whose links forbid at ``now`` [s] to change the plan; see `may_move`."""
         return [other for other, side in self._sides.items() if not side.may_move(now, at_rest, self.terms)]
+
+    def breaking(self, keeps: Callable[[Contract, bool], bool]) -> tuple[int, ...]:
+        """Return the robots with whom a contract is not kept, as ``keeps`` says of it and of who is its owner."""
+        return tuple(other for other, side in self._sides.items()
+                     if not all(keeps(contract, isinstance(side, OwnerSide)) for contract in side.bound()))
 
     def bound(self) -> list[tuple[Contract, bool]]:
         """Return the contracts that every commit must satisfy, and of each whether this robot is its owner."""

@@ -13,7 +13,14 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, StartOccupied, StartOutside
+from mobile_planning.errors import (
+    GoalOccupied,
+    GoalOutside,
+    InvalidInput,
+    PlanningError,
+    StartOccupied,
+    StartOutside,
+)
 from mobile_planning.fleet import fences
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan, bezier, splice
 from mobile_planning.fleet.contracts import ROUNDING, Contract, build, room
@@ -59,6 +66,8 @@ _AMPLE = 1.5
 _EARLY = 0.9
 #: Getting nearer to the goal by this [m] is progress.
 _PROGRESS = 0.05
+#: Cycles between two looks for a way where there was none.
+_SEEK_AGAIN = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +86,8 @@ class Section:
         To turn to at the end, NaN for none.
     seconds : float [s]
         To plan it, 0 where nothing was to be planned.
+    is_forced : bool
+        It is put in force even where contracts forbid it, if else the plan leads into what is occupied.
     """
 
     first_knot: int
@@ -84,6 +95,7 @@ class Section:
     new: NDArray[np.float64] | None = None
     final_heading: float = np.nan
     seconds: float = 0.0
+    is_forced: bool = False
 
 
 class Robot:
@@ -184,6 +196,8 @@ class Robot:
         self._mission_start, self._is_planning = np.inf, False
         self._least_left, self._progress_at, self._cycles = np.inf, 0.0, 0
         self._roundabout: Roundabout | None = None
+        self._may_be_blocked, self._no_way, self._sought = False, '', 0
+        self.broken: tuple[int, ...] = ()
 
     def _require_room(self, name, place, outside, occupied):
         x_min, y_min, x_max, y_max = self.environment.bounds
@@ -302,6 +316,57 @@ class Robot:
         """Drive on from ``now`` [s] on, if the robot was paused."""
         self._is_paused, self._progress_at = False, now
 
+    def enter(self, environment: Environment, now: float) -> None:
+        """Go by another static world from ``now`` [s] on.
+
+        The plan in force and all contracts stand. Where the plan leads into what is occupied by now the robot brakes
+        as its contracts allow; where it would come too late by that, as hard as it can: a wall is sure to be hit, a
+        robot is not. ``broken`` says with whom its contracts do not hold any more.
+
+        Parameters
+        ----------
+        environment : Environment
+        now : float [s]
+        """
+        self.environment, self._pieces = environment, ConvexPieces(environment)
+        self._made['grid'] = environment.grid
+        self._horizon = self._horizon_to(self.k_mod.z_final)
+        self._coordination.enter(environment)
+        self._roundabout, self._may_be_blocked, self._sought = None, True, 0
+        self._seek_way(now)
+
+    @property
+    def world_trouble(self) -> str:
+        """Why the robot does not drive on in the world as it is; empty for nothing."""
+        said = f'its contracts with robots {list(self.broken)} do not hold any more' if self.broken else ''
+        is_blocked = self._is_blocked(self._in_force.span)
+        blocked = 'the plan in force leads into what is occupied by now' if is_blocked else ''
+        return '; '.join(filter(None, (blocked, said, self._no_way)))
+
+    def _seek_way(self, now):
+        """Find a way in a world that has changed; without one the robot comes to rest."""
+        try:
+            self._require_room('goal', self.k_mod.z_final, GoalOutside, GoalOccupied)
+            self._guidance = self._guidance_to(self.k_mod.z_final, self.state(now)[:2])
+            self._no_way, self._least_left, self._progress_at = '', np.inf, now
+        except PlanningError as error:
+            self._no_way = str(error)
+
+    def _is_blocked(self, span):
+        """Whether the plan in force leads, from ``span`` on, into what is occupied by now."""
+        return self._may_be_blocked and self._room_ahead(self.plan, span)[1] < -ROUNDING
+
+    def _room_ahead(self, plan, span):
+        """Return from which span on a plan touches the static world, and how much room [m] it has at the least."""
+        count = max(plan.end_knot - span, 1)
+        curves = bezier(plan.control(span, count + 3))
+        radius = self.limits.radius
+        around = (fences.of_walls(self._pieces, count, radius)
+                  + fences.of_pieces(self._pieces, curves, radius, curves.min(axis=1), curves.max(axis=1)))
+        room = around.room(curves).min(axis=1, initial=np.inf)
+        touched = around.spans[room < -ROUNDING]
+        return span + (int(touched.min()) if len(touched) else count), float(room.min(initial=np.inf))
+
     # What goes in and out
 
     def receive(self, message: RobotMsg | Contracts | Death | JointPlan, now: float) -> bool:
@@ -348,7 +413,14 @@ class Robot:
         if self._stays(knot, old):
             return Section(knot, old)
         began = perf_counter()
+        if self._no_way and self.plan.end_knot <= knot:
+            # At rest it looks again now and then: somebody may clear the way.
+            self._sought += 1
+            if self._sought % _SEEK_AGAIN == 1:
+                self._seek_way(now)
         heading = float(self._plan_at(knot).state(knot * self._step)[2])
+        if self._is_blocked(self._in_force.span):
+            return self._braking(knot, old, now, began)
         if self._is_at_goal(self.plan.end) and self.plan.end_knot <= knot and not self._coordination.calls:
             return self._turn_to_finish(knot, old, heading)
         if not self.protocol.may_move(now, self._is_slow(old)):
@@ -374,6 +446,7 @@ class Robot:
             self._commit(section, now)
         self._update_mode(now)
         self._note_progress(now)
+        self._note_broken()
         self._look_around(now)
         plans = self._coordinate(now)
         self.protocol.committed(now)
@@ -490,9 +563,22 @@ class Robot:
         is_turned = abs(wrap_angle(final - heading)) <= HEADING_TOLERANCE
         return Section(knot, old, None if is_turned else np.repeat(old[:1], 4, axis=0), final)
 
+    def _braking(self, knot, old, now, began):
+        """Return the section that comes to rest before what the plan in force leads into."""
+        new, fenced = np.repeat(old[:1], len(old), axis=0), self._peer_fences(knot, old)
+        touched, _ = self._room_ahead(self.plan, self._in_force.span)
+        if np.ptp(old[:3], axis=0).any():
+            new = self._horizon.brake(old, self._brakes_to(old), fenced)
+        speed = np.linalg.norm(old[2] - old[0]) / (2 * self._step)
+        late = touched * self._step - now < 2 * speed / self.limits.a_max + 2 * self.Tc
+        if late and (new is None or self._room_ahead(Plan(knot, self._step, new), knot)[1] < -ROUNDING):
+            free = self._horizon.brake(old, self._brakes_to(old), fences.NONE)
+            new = new if free is None else free
+        return Section(knot, old, new, seconds=perf_counter() - began, is_forced=late)
+
     def _reference(self, knot, old, now):
         standing = (old[1:-2] + 4 * old[2:-1] + old[3:]) / 6
-        if self._is_paused:
+        if self._is_paused or self._no_way:
             return np.repeat([self._brakes_to(old)], len(standing), axis=0)
         way = self._coordination.way(standing[0])
         if way is not None:
@@ -534,7 +620,11 @@ class Robot:
     def _commit(self, section, now):
         """Put in force of the section what the contracts bound by now allow."""
         knot, old, new = section.first_knot, section.old, section.new
-        if len(new) == len(old):
+        if section.is_forced:
+            new = self._forced(section)
+            if new is old:
+                return
+        elif len(new) == len(old):
             if not self.protocol.may_move(now, self._is_slow(old)):
                 return
             if any(contract.first_span > knot for contract, _ in self.protocol.bound()):
@@ -553,6 +643,14 @@ class Robot:
         first = max(int(np.floor(now / self._step)), self.plan.first_knot)
         self._in_force.plan = splice([self.plan, plan], first)
 
+    def _forced(self, section):
+        """Return what of a section that brakes keeps to the contracts, if that is enough, or else all of it."""
+        knot, old, new = section.first_knot, section.old, section.new
+        fenced = self._peer_fences(knot, old)
+        kept = shorten(old, new, fenced, self.limits, self._step)
+        room_kept, room_all = (self._room_ahead(Plan(knot, self._step, points), knot)[1] for points in (kept, new))
+        return kept if room_kept >= min(-ROUNDING, room_all) else new
+
     def _with_rest(self, knot, points, heading, final_heading):
         """Return the plan of ``points`` without idle spans at its end but those in which it turns."""
         points = points[:max(rest_index(points) + 3, 4)]
@@ -567,6 +665,14 @@ class Robot:
         final_heading = arrival + float(np.clip(turn, -spans * most, spans * most))
         points = np.concatenate([points, np.repeat(points[-1:], spans, axis=0)])
         return Plan(knot, self._step, points, heading, final_heading, self._reverse)
+
+    def _note_broken(self):
+        """Note with whom contracts do not hold any more, and whether the world is clear again."""
+        if self._may_be_blocked:
+            span = self._in_force.span
+            self.broken = self.protocol.breaking(lambda contract, is_owner: room(
+                contract, self.plan, span, is_owner, self.limits.radius) >= -ROUNDING)
+            self._may_be_blocked = bool(self.broken) or self._is_blocked(span)
 
     def _update_mode(self, now):
         """Notice that the robot drives, or that its mission is done."""

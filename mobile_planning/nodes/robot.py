@@ -102,6 +102,11 @@ class RobotNode(Node):
         self.get_logger().info(f'map of {grid.width} x {grid.height} cells received')
         self._later(self._agent.take_map, grid, self._now())
 
+    def on_obstacles(self, obstacles):
+        """Take in what stands in the way beside the map."""
+        self.get_logger().info(f'{len(obstacles)} obstacles beside the map')
+        self._later(self._agent.take_obstacles, obstacles, self._now())
+
     def on_mission(self, announcement):
         """Take in what is announced of a mission."""
         self.get_logger().info(f'mission {announcement.name[:80]}: {announcement.state.name.lower()}')

@@ -5,13 +5,14 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from mobile_planning.errors import InvalidInput, PlanningError, StartOccupied
+from mobile_planning.errors import GoalOccupied, InvalidInput, PlanningError, StartOccupied
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.message import Contracts, Mode
 from mobile_planning.fleet.scene import RobotSpec, Scene
 from mobile_planning.world.environment import Boundary
+from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 FREE = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1)
@@ -98,14 +99,30 @@ def test_another_map_before_the_mission_makes_another_robot_that_its_peers_belie
     assert peer.robot.heard()[1].boot_epoch == one.epoch == 6
 
 
-def test_a_map_during_the_mission_is_refused():
-    one = agent()
+def test_a_map_that_changes_on_the_way_is_gone_by_and_so_are_obstacles():
+    one = agent(1)
     one.take_map(FREE, 0.0)
-    one.follow(STARTED, 0.0)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     robot = one.robot
-    with pytest.raises(InvalidInput, match='not used'):
-        one.take_map(WALL, 0.5)
-    assert one.robot is robot
+    one.take_map(WALL, 0.5)
+    drive([one], 0.5, 3.0)
+    assert one.robot is robot and one.epoch == 5 and len(robot.sol.plans) == 1
+    assert 'goal (2.000, 1.000)' in one.trouble
+    one.take_map(FREE, 3.0)
+    wall = PolygonObstacle([(1.5, 0.0), (1.6, 0.0), (1.6, 4.0), (1.5, 4.0)])
+    one.take_obstacles([wall], 3.0)
+    drive([one], 3.0, 6.0)
+    assert not one.robot.is_done and 'no path' in one.trouble and wall.distance(one.robot.state(6.0)[:2]) > 0.2
+    one.take_obstacles([], 6.0)
+    drive([one], 6.0, 15.0)
+    assert one.is_finished and one.trouble == ''
+
+
+def test_obstacles_from_before_the_map_count():
+    one = agent(1)
+    one.take_obstacles([RoundObstacle((2, 1), 0.3)], 0.0)
+    with pytest.raises(GoalOccupied):
+        one.take_map(FREE, 0.0)
 
 
 @pytest.mark.parametrize('announcement', [

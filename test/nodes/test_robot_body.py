@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
-from mobile_planning_msgs.msg import RobotStatus
+from mobile_planning_msgs.msg import ObstacleArray, RobotStatus
 from mobile_planning_msgs.srv import SetGoal
 from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.srv import DescribeParameters
@@ -15,8 +15,9 @@ from std_srvs.srv import Trigger
 from mobile_planning.errors import GoalOutside, InvalidInput, UnknownFrame
 from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.base import SimulatedBase
-from mobile_planning.nodes import qos, wire
+from mobile_planning.nodes import convert_mission, qos, wire
 from mobile_planning.nodes.convert import header, path_poses, pose_message, pose_stamped
+from mobile_planning.world.obstacles import PolygonObstacle
 
 #: Two metres ahead.
 LONG = {'start': [1.0, 1.0, 0.0], 'goal': [3.0, 1.0, 0.0]}
@@ -161,6 +162,23 @@ def test_a_robot_that_is_killed_and_started_again_drives_on_from_where_its_body_
     ros.until(lambda: fleet.solutions)
     assert fleet.solutions[0].done and fleet.solutions[0].boot_epoch > first
     assert where(odometry)[0] == pytest.approx(3.0, abs=0.03)
+
+
+def test_an_obstacle_that_appears_on_the_way_is_braked_for_and_said_until_it_is_gone(ros, fleet):
+    fleet.robot(**LONG)
+    odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
+    statuses = ros.listen(RobotStatus, '/robot_1/status', qos.live(1))
+    obstacles = ros.node.create_publisher(ObstacleArray, '/obstacles', qos.latched())
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: odometry and where(odometry)[0] > 1.2)
+    wall = PolygonObstacle([(2.6, 0.0), (2.7, 0.0), (2.7, 4.0), (2.6, 4.0)])
+    obstacles.publish(convert_mission.obstacles_message([wall], fleet.now, 'map'))
+    ros.until(lambda: any('no path' in status.trouble for status in statuses) and is_still(odometry))
+    assert 1.2 < where(odometry)[0] < 2.4
+    obstacles.publish(convert_mission.obstacles_message([], fleet.now, 'map'))
+    ros.until(lambda: fleet.solutions)
+    assert fleet.solutions[0].done
 
 
 class RealBase:
