@@ -267,6 +267,23 @@ class Agent:
             self._is_at_goal = False
             self.itinerary.take([*goals[1:], goals[0]] if how is How.REPEAT else goals[1:], how)
 
+    def follow_path(self, poses: ArrayLike, now: float) -> None:
+        """Drive along a path (N, 3) [m, m, rad] from elsewhere to its end, and forget all other goals.
+
+        Raises
+        ------
+        InvalidInput
+            There is no robot yet, or it is no path for it.
+        PlanningError
+            The body does not fit at its end. The old goals stand.
+        """
+        with self._turn:
+            if self.robot is None:
+                raise InvalidInput(f'robot {self._id} takes no path yet: {self.trouble}')
+            self.robot.follow_path(poses, now)
+            self._is_at_goal = False
+            self.itinerary.take([], How.REPLACE)
+
     def receive(self, message: Message, now: float) -> None:
         """Take in what a robot, or somebody who vouches for its death, says.
 

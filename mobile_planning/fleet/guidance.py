@@ -29,6 +29,8 @@ _TURN, _TURN_RATE, _MOST_TURN = np.deg2rad((60.0, 20.0, 120.0))
 _LONGER, _THERE = 0.5, 1e-6
 #: Squares of places further out [m] would overflow.
 _FAR = 1e12
+#: Farther than this [m] from a given way, or without progress for so long [s], a robot is led by the own way.
+_STRAY, _GIVES_UP = 1.5, 4.0
 
 
 class Guidance:
@@ -71,6 +73,14 @@ class Guidance:
         if not (0 < self.radius < np.inf and 0 < self.v_max < np.inf):
             raise InvalidInput(f'radius {radius} m and v_max {v_max} m/s must be positive and finite')
         self._finder = WayFinder(environment, self.goal, self.radius, resolution)
+        self._given, self._passed = None, 0
+
+    def lead(self, way: ArrayLike) -> None:
+        """Lead along ``way`` (W, 2) [m], which ends at the goal, instead of the own way, as long as that gets on.
+
+        A robot that has strayed from it, or has long made no progress, is led by the own way.
+        """
+        self._given, self._passed = finite_points(way), 0
 
     def prepare(self) -> None:
         """Compute the field of the way now: from a tenth of a second on, the larger the world the longer."""
@@ -138,11 +148,12 @@ class Guidance:
         if roundabout is not None and self._finder.room(roundabout.centre) >= roundabout.radius + self.radius:
             way = roundabout.way(standing[0], self.goal)
         if way is None:
+            given = self._rest_of_given(standing[0], stalled)
             try:
-                way = self.path(standing[0], parked)
+                way = self.path(standing[0], parked) if given is None else given
             except NoPath:
                 return standing.copy()
-            if velocity is not None and len(way) == 2:
+            if velocity is not None and len(way) == 2 and given is None:
                 return self._predicted(way, standing, neighbours, parked, stalled, step, velocity)
             way = self._keep_right(way, standing, neighbours, parked, stalled, step)
         return self.follow(way, standing, step, parked)
@@ -167,6 +178,25 @@ class Guidance:
         return self._finder.drawn(finite_points(way), finite_points(standing), self._discs(parked, _BRUSH), reach)
 
     # How it works
+
+    def _rest_of_given(self, position, stalled):
+        """Return what is left of the given way from ``position`` (2,) [m] on; None where there is none to follow."""
+        if self._given is None or stalled > _GIVES_UP:
+            return None
+        a, b = self._given[self._passed:-1], self._given[self._passed + 1:]
+        along = b - a
+        share = np.clip(((position - a) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-18), 0.0, 1.0)
+        nearest = a + share[:, None] * along
+        gaps = np.linalg.norm(nearest - position, axis=1)
+        # Of a way that comes back to itself the first part that is near counts.
+        index = int(np.argmax(gaps <= gaps.min() + _STRAY / 10))
+        if gaps[index] > _STRAY:
+            return None
+        self._passed += index
+        way = np.concatenate([position[None], nearest[index][None], self._given[self._passed + 1:]])
+        moves = np.linalg.norm(np.diff(way, axis=0), axis=1) > 1e-6
+        way = np.concatenate([way[:1], way[1:][moves]])
+        return way if len(way) > 1 else None
 
     def _discs(self, parked, room):
         """Return the places of robots and how far to keep from them (P, 3) [m]."""

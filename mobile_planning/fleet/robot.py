@@ -66,6 +66,8 @@ _AMPLE = 1.5
 _EARLY = 0.9
 #: Getting nearer to the goal by this [m] is progress.
 _PROGRESS = 0.05
+#: Poses of a path from elsewhere; how far [m] from the robot it may begin.
+MAX_PATH, _PATH_GAP = 10_000, 1.0
 #: Cycles between two looks for a way where there was none.
 _SEEK_AGAIN = 8
 
@@ -292,6 +294,41 @@ class Robot:
         if self.is_done:
             self._mode = Mode.STOPPED if self._mission_start == np.inf else Mode.DRIVING
 
+    def follow_path(self, poses: ArrayLike, now: float) -> None:
+        """Drive along a path from elsewhere to its end, from ``now`` [s] on, as the others let it; see `set_goal`.
+
+        The path is guidance: corners are cut where that is in sight, and robots are passed beside it.
+
+        Parameters
+        ----------
+        poses : (N, 3) array_like [m, m, rad]
+            From near the robot on; of the headings the last counts.
+        now : float [s]
+
+        Raises
+        ------
+        InvalidInput
+            It is no path, it begins far away, or the body does not fit along it.
+        GoalOutside, GoalOccupied, NoPath
+            The body does not fit at its end. The old goal and way stand.
+        """
+        poses = np.array(poses, float)
+        if poses.ndim != 2 or poses.shape[1] != 3 or not 2 <= len(poses) <= MAX_PATH or not np.isfinite(poses).all():
+            raise InvalidInput(f'a path has 2 to {MAX_PATH} finite poses (x, y, theta), not an array of {poses.shape}')
+        points, here = poses[:, :2], self.state(now)[:2]
+        gap = np.linalg.norm(points[0] - here)
+        if gap > _PATH_GAP:
+            raise InvalidInput(f'the path begins {gap:.3f} m away from robot {self.eyed}, farther than {_PATH_GAP} m')
+        thirds = np.linspace(0.0, 1.0, 4)[:, None]
+        legs = points[:-1, None] + thirds * np.diff(points, axis=0)[:, None]
+        span, least = self._least_room(legs)
+        if least < -ROUNDING:
+            x, y = points[span]
+            raise InvalidInput(f'the path leads from ({x:.3f}, {y:.3f}) on where robot {self.eyed} does not fit, by '
+                               f'{-least:.3f} m')
+        self.set_goal(poses[-1], now)
+        self._guidance.lead(points)
+
     def require_goal(self, q_final: ArrayLike) -> None:
         """Raise what `set_goal` would raise for a goal."""
         self._towards(q_final)
@@ -359,13 +396,18 @@ class Robot:
     def _room_ahead(self, plan, span):
         """Return from which span on a plan touches the static world, and how much room [m] it has at the least."""
         count = max(plan.end_knot - span, 1)
-        curves = bezier(plan.control(span, count + 3))
-        radius = self.limits.radius
+        touched, least = self._least_room(bezier(plan.control(span, count + 3)))
+        return span + touched, least
+
+    def _least_room(self, curves):
+        """Return the first of ``curves`` (S, 4, 2) that touches the static world, S for none, and the least room [m].
+        """
+        count, radius = len(curves), self.limits.radius
         around = (fences.of_walls(self._pieces, count, radius)
                   + fences.of_pieces(self._pieces, curves, radius, curves.min(axis=1), curves.max(axis=1)))
         room = around.room(curves).min(axis=1, initial=np.inf)
         touched = around.spans[room < -ROUNDING]
-        return span + (int(touched.min()) if len(touched) else count), float(room.min(initial=np.inf))
+        return int(touched.min()) if len(touched) else count, float(room.min(initial=np.inf))
 
     # What goes in and out
 

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from mobile_planning.errors import InvalidInput, NoMap, PlanningError
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import occupancy_grid, seconds
-from mobile_planning.nodes.spin import StopSignals
+from mobile_planning.nodes.spin import StopSignals, spin_until
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
@@ -90,11 +90,10 @@ class Client:
 
     def _wait(self, condition: Callable[[], object], timeout: float) -> bool:
         """Spin until the condition holds, and return whether it came to that in time."""
-        end = time.monotonic() + timeout
-        while not condition():
+        def is_over():
+            if condition():
+                return True
             if self._stop.received:
                 raise PlanningError('interrupted')
-            if time.monotonic() > end:
-                return False
-            self._executor.spin_once(timeout_sec=0.05)
-        return True
+            return False
+        return spin_until(self._executor, is_over, timeout, 0.05)

@@ -5,22 +5,24 @@ from collections.abc import Callable
 
 from geometry_msgs.msg import PoseStamped
 from mobile_planning_msgs.srv import SetGoal
+from nav_msgs.msg import Path
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from mobile_planning.errors import InvalidInput
+from mobile_planning.errors import InvalidInput, LimitExceeded
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.itinerary import How
+from mobile_planning.fleet.robot import MAX_PATH
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import configuration
+from mobile_planning.nodes.convert import check_frame, configuration, planar
 from mobile_planning.nodes.guard import Guard, tell_code, tell_sentence
 from mobile_planning.nodes.robot_options import RobotOptions
 
 
 class RobotServices:
-    """``~/set_goal``, ``~/pause`` and ``~/resume``, and ``/goal_pose`` for the robot that listens to it.
+    """``~/set_goal``, ``~/pause``, ``~/resume``, ``~/reference_path``, and ``/goal_pose`` for who listens to it.
 
     Parameters
     ----------
@@ -43,6 +45,8 @@ class RobotServices:
                                       (Trigger, '~/pause', self._on_pause, tell_sentence),
                                       (Trigger, '~/resume', self._on_resume, tell_sentence)):
             node.create_service(kind, name, guard.service(act, fail), callback_group=aside)
+        node.create_subscription(Path, '~/reference_path', guard.callback(self._on_reference_path), qos.live(1),
+                                 callback_group=aside)
         if options.takes_goal_pose:
             node.create_subscription(PoseStamped, '/goal_pose', guard.callback(self._on_goal_pose), qos.live(1),
                                      callback_group=aside)
@@ -57,6 +61,13 @@ class RobotServices:
     async def _on_goal_pose(self, message):
         goal = configuration(message, self._frame, '/goal_pose')
         await self._submit(self._agent.set_goals, [goal], How.REPLACE, self._now())
+
+    async def _on_reference_path(self, message):
+        check_frame(message.header.frame_id, self._frame, '~/reference_path')
+        if len(message.poses) > MAX_PATH:
+            raise LimitExceeded(f'~/reference_path has {len(message.poses)} poses, the limit is {MAX_PATH}')
+        poses = [planar(pose.pose, f'pose {index} of ~/reference_path') for index, pose in enumerate(message.poses)]
+        await self._submit(self._agent.follow_path, poses, self._now())
 
     async def _on_pause(self, _request, response):
         await self._submit(self._agent.hold, 'service', 'paused by ~/pause', self._now())

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from mobile_planning.errors import InvalidInput, PlanningError
 
 if TYPE_CHECKING:
+    from rclpy.executors import Executor
     from rclpy.node import Node
 
 # The longest that a signal waits for the loop, while nothing else happens [s].
@@ -170,14 +171,30 @@ def _live(make_node, args, stop):
         rclpy.try_shutdown()
 
 
+def spin_until(executor: Executor, is_over: Callable[[], object], timeout: float = float('inf'),
+               period: float = PERIOD) -> bool:
+    """Spin until it is over, and return whether it came to that in time.
+
+    Parameters
+    ----------
+    executor : rclpy.executors.Executor
+    is_over : callable
+        Asked at least every ``period`` [s].
+    timeout, period : float [s]
+    """
+    end = time.monotonic() + timeout
+    while not is_over():
+        if time.monotonic() > end:
+            return False
+        executor.spin_once(timeout_sec=period)
+    return True
+
+
 def _spin(executor, is_over):
     """Spin until it is over."""
-    settled = time.monotonic() + SETTLING
-    while not is_over():
-        executor.spin_once(timeout_sec=PERIOD)
-        if time.monotonic() > settled:
-            # What is there by now stays. Without this, every full collection walks through all of it, numba above
-            # all: 50 ms, now and then, in the middle of a request.
-            settled = float('inf')
-            gc.collect()
-            gc.freeze()
+    if not spin_until(executor, is_over, SETTLING):
+        # What is there by now stays. Without this, every full collection walks through all of it, numba above all:
+        # 50 ms, now and then, in the middle of a request.
+        gc.collect()
+        gc.freeze()
+        spin_until(executor, is_over)

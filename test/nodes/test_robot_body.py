@@ -16,7 +16,7 @@ from mobile_planning.errors import GoalOutside, InvalidInput, UnknownFrame
 from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.base import SimulatedBase
 from mobile_planning.nodes import convert_mission, qos, wire
-from mobile_planning.nodes.convert import header, path_poses, pose_message, pose_stamped
+from mobile_planning.nodes.convert import header, path_message, path_poses, pose_message, pose_stamped
 from mobile_planning.world.obstacles import PolygonObstacle
 
 #: Two metres ahead.
@@ -126,6 +126,22 @@ def test_a_chosen_robot_drives_to_what_is_clicked(ros, fleet):
     ros.until(clicks.get_subscription_count)
     clicks.publish(pose_stamped((1.0, 1.6, 0.0), 'map'))
     fleet.hear(lambda message: message.done_planning and message.latest_z[1] > 1.57)
+
+
+def test_a_way_from_elsewhere_is_driven_along_or_refused(ros, fleet):
+    node = fleet.robot(goal=[1.5, 1.0, 0.0])
+    ways = ros.node.create_publisher(Path, '/robot_1/reference_path', qos.live(1))
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    fleet.hear(lambda message: message.plan_seq)
+    ros.until(ways.get_subscription_count)
+    good = [(1.4, 1.0, 0.0), (1.5, 2.0, 0.0), (2.0, 2.5, 0.0)]
+    for count, (frame, poses) in enumerate([('odom', good), ('map', [(3.5, 3.5, 0.0), (3.5, 3.0, 0.0)]),
+                                            ('map', [(1.4, 1.0, 0.0), (9.0, 1.0, 0.0)]), ('map', [])], 1):
+        ways.publish(path_message(np.array(poses), frame, wire.stamp(fleet.now)))
+        ros.until(lambda count=count: node._guard.rejected.total() == count)
+    ways.publish(path_message(good, 'map', wire.stamp(fleet.now)))
+    fleet.hear(lambda message: message.done_planning and message.latest_z[1] > 2.4)
 
 
 def test_an_emergency_stop_of_the_mission_holds_all_until_it_goes_on(ros, fleet):

@@ -1,8 +1,10 @@
 """The robot, in process among messages of others, and as a process."""
 import signal
+import time
 
 import numpy as np
 import pytest
+from conftest import Ros
 from diagnostic_msgs.msg import DiagnosticStatus
 from mobile_planning_msgs.msg import Contracts as ContractsMessage
 from mobile_planning_msgs.msg import JointPlan as JointPlanMessage
@@ -224,6 +226,77 @@ def test_a_second_robot_with_the_same_id_is_noticed(fleet):
     fleet.say(peer_message(1, boot_epoch=mine.boot_epoch + 1))
     status, _ = fleet.diagnosis(lambda status: 'second time' in status.message)
     assert status.level == DiagnosticStatus.WARN
+
+
+@pytest.fixture
+def stranger():
+    """Return another process, as far as the middleware can tell, with a node."""
+    other = Ros()
+    yield other
+    other.close()
+
+
+def test_another_process_does_not_speak_for_a_robot_that_speaks_itself(ros, fleet, stranger):
+    fleet.map()
+    node = fleet.robot()
+    fleet.announce(State.WAITING, ids=(1, 2))
+    fleet.hear()
+    impostor = Fleet(stranger)
+    ros.until(lambda: fleet.peers.get_subscription_count() == 3 and impostor.peers.get_subscription_count() == 3)
+    fleet.say(peer_message(sequence=1))
+    ros.until(lambda: 2 in node._agent.robot.heard())
+
+    def heard_as(sequence):
+        fleet.say(peer_message(sequence=sequence))
+        impostor.say(peer_message(sequence=999, boot_epoch=7))
+        return node.host.bus.peers.refused['spoofed']
+
+    for sequence in range(2, 9):
+        before = node.host.bus.peers.refused['spoofed']
+        heard_as(sequence)
+        ros.until(lambda before=before: node.host.bus.peers.refused['spoofed'] > before)
+    assert node._agent.robot.heard()[2].boot_epoch == 1
+    _, facts = fleet.diagnosis(lambda status: any(value.key == 'spoofed messages' for value in status.values))
+    assert int(facts['spoofed messages']) >= 7
+    # The robot falls silent: who says to be its next process is believed.
+    ros.until(lambda: (impostor.say(peer_message(sequence=1000, boot_epoch=7)),
+                       node._agent.robot.heard()[2].boot_epoch == 7)[1])
+
+
+def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet):
+    fleet.map()
+    node = fleet.robot()
+    fleet.hear()
+    ros.until(lambda: fleet.peers.get_subscription_count() == 2)
+    refused = node.host.bus.peers.refused
+    fleet.peers.publish(convert_robot.robot_message(peer_message(), fleet.now - 60.0, 'map'))
+    ros.until(lambda: refused['stale'] == 1)
+    fleet.say(peer_message(boot_epoch=5))
+    ros.until(lambda: not node.host.bus.peers.is_silent(2, time.monotonic()))
+    fleet.say(peer_message(boot_epoch=4))
+    ros.until(lambda: refused['replayed'] == 1)
+    flood = ros.node.create_publisher(RobotMessage, '/robot_msgs', qos.robot_messages(1000))
+    ros.until(lambda: flood.get_subscription_count() == 2)
+    for number in range(300):
+        flood.publish(convert_robot.robot_message(peer_message(3, sequence=number), fleet.now, 'map'))
+    ros.until(lambda: refused['flooding'])
+    assert node._guard.faults == 0
+
+
+def test_who_falls_silent_is_noticed_in_one_and_a_half_seconds(ros, fleet):
+    fleet.map()
+    node = fleet.robot()
+    fleet.announce(State.WAITING, ids=(1, 2))
+    fleet.hear(lambda message: 2 in message.peer)
+    ros.until(lambda: fleet.peers.get_subscription_count() == 2)
+    fleet.say(peer_message())
+    ros.until(lambda: 2 not in node._health._silent)
+    since = time.monotonic()
+    ros.until(lambda: 2 in node._health._silent)
+    # A busy machine may notice late; by its own clock 1.1 s after the last word is when it does.
+    assert node.host.bus.peers.silent((2,), since + 1.1) == [2] and not node.host.bus.peers.silent((2,), since)
+    fleet.say(peer_message(sequence=2))
+    ros.until(lambda: 2 not in node._health._silent)
 
 
 def test_a_fault_of_ours_is_counted_and_the_node_lives_on(ros, fleet, monkeypatch):
