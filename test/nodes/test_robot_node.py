@@ -1,9 +1,11 @@
 """The robot, in process among messages of others, and as a process."""
 import signal
 import time
+from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
+import yaml
 from conftest import Ros
 from diagnostic_msgs.msg import DiagnosticStatus
 from mobile_planning_msgs.msg import Contracts as ContractsMessage
@@ -350,6 +352,14 @@ def test_every_parameter_has_a_description_and_every_number_a_range(ros, fleet):
     assert all(entry.description and entry.read_only for entry in answer.descriptors)
     numbers = [entry for entry in answer.descriptors if entry.type in (2, 3)]
     assert len(numbers) == 17 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
+
+
+def test_the_shipped_parameter_file_holds_the_defaults():
+    path = FilePath(__file__).parents[2] / 'config' / 'robot.yaml'
+    given = yaml.safe_load(path.read_text())['robot']['ros__parameters']
+    options = RobotOptions()
+    assert given == {name: list(value) if isinstance(value, tuple) else value
+                     for name, value in vars(options).items()}
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
