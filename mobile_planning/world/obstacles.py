@@ -301,6 +301,35 @@ class PolygonObstacle(Obstacle):
         draw_polygon(fig.gca(), self.vertices, self._create_aug_vertices(offset))
 
 
+class RectangleObstacle(PolygonObstacle):
+    """An upright rectangle.
+
+    Parameters
+    ----------
+    low, high : (2,) array_like [m]
+        Lower left and upper right corner.
+
+    Raises
+    ------
+    InvalidInput
+        If a coordinate is not finite, or the rectangle has no area.
+
+    Examples
+    --------
+    >>> RectangleObstacle((0, 0), (2, 1)).distance((3, 0.5)).item()
+    1.0
+    """
+
+    def __init__(self, low: ArrayLike, high: ArrayLike):
+        low, high = finite_points(low), finite_points(high)
+        if low.shape != (2,) or high.shape != (2,) or not (low < high).all():
+            raise InvalidInput(f'rectangle {low.tolist()} to {high.tolist()} must be two points, the lower left first')
+        super().__init__([low, (high[0], low[1]), high, (low[0], high[1])])
+
+    def __repr__(self) -> str:
+        return f'RectangleObstacle({self.vertices[0].tolist()}, {self.vertices[2].tolist()})'
+
+
 def _cross_terms(polygon: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the vertices seen from the first one, and each one's cross product with the next.
 

@@ -81,7 +81,7 @@ def test_points_of_any_shape_have_clearance_of_that_shape():
     assert environment.clearance(np.ones((0, 2))).shape == (0,)
 
 
-@pytest.mark.parametrize('point', [(np.nan, 0), (0, np.inf), (1, 2, 3)])
+@pytest.mark.parametrize('point', [(np.nan, 0), (0, np.inf), (1, 2, 3, 4)])
 def test_what_is_no_point_has_no_clearance(point):
     with pytest.raises(InvalidInput):
         Environment(grid=OccupancyGrid([[0]])).clearance(point)
