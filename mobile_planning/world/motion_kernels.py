@@ -193,7 +193,7 @@ def segment_is_free(space, x, y, heading, turn, length, radius, t, speed):
 
 
 @njit(b1(SPACE, f8, f8, f8, TURNS, LENGTHS, f8, f8, f8), nogil=True, cache=True, _nrt=False)
-def way_is_free(space, x, y, heading, turns, lengths, radius, t, speed):
+def segments_are_free(space, x, y, heading, turns, lengths, radius, t, speed):
     """Return whether the robot, free at the start of a way at time t [s], is free all along it."""
     for k in range(len(turns)):
         if lengths[k] != 0.0:

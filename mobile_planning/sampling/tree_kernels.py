@@ -1,0 +1,147 @@
+"""The tree of an RRT: its nodes, who is whose child, and which nodes are near a pose.
+
+Nodes are found through a table of square cells over the world: each cell heads a chain of its nodes. A way is never
+shorter than the straight line, so cells are searched in rings until the next ring is further away than what is found.
+"""
+import numpy as np
+from numba import b1, f8, i8, njit, types, void
+
+from mobile_planning.sampling.steering_kernels import steer
+from mobile_planning.sampling.tree import Tree
+
+ROWS = f8[:, ::1]
+COLUMN, IDS = f8[::1], i8[::1]
+TREE = types.NamedTuple((ROWS, IDS, COLUMN, IDS, ROWS, IDS, IDS, IDS, IDS, IDS, IDS, COLUMN), Tree)
+# In `Tree.sizes`.
+COUNT, SIDE = 0, 1
+# Nodes a cell on the average, before the table is made finer.
+_CROWD = 4
+_MOST_SIDE = 256
+
+
+@njit(i8(TREE, f8, f8), nogil=True, cache=True, _nrt=False)
+def cell_of(tree, x, y):
+    """Return the cell that a point lies in, or the nearest one."""
+    side = tree.sizes[SIDE]
+    column = min(max(int((x - tree.box[0]) / (tree.box[2] - tree.box[0]) * side), 0), side - 1)
+    row = min(max(int((y - tree.box[1]) / (tree.box[3] - tree.box[1]) * side), 0), side - 1)
+    return row * side + column
+
+
+@njit(void(TREE), nogil=True, cache=True, _nrt=False)
+def index_again(tree):
+    """Make the table as fine as the number of nodes asks for, and put every node into its cell."""
+    count = tree.sizes[COUNT]
+    side = 4
+    while side < _MOST_SIDE and side * side * _CROWD < count:
+        side *= 2
+    tree.sizes[SIDE] = side
+    for cell in range(side * side):
+        tree.heads[cell] = -1
+    for node in range(count):
+        cell = cell_of(tree, tree.poses[node, 0], tree.poses[node, 1])
+        tree.below[node] = tree.heads[cell]
+        tree.heads[cell] = node
+
+
+@njit(void(TREE, i8, i8), nogil=True, cache=True, _nrt=False)
+def adopt(tree, parent, node):
+    """Make a node the child of another."""
+    first = tree.child[parent]
+    tree.parents[node], tree.before[node], tree.after[node] = parent, -1, first
+    if first >= 0:
+        tree.before[first] = node
+    tree.child[parent] = node
+
+
+@njit(void(TREE, i8), nogil=True, cache=True, _nrt=False)
+def leave(tree, node):
+    """Take a node from its parent's children."""
+    before, after = tree.before[node], tree.after[node]
+    if before >= 0:
+        tree.after[before] = after
+    else:
+        tree.child[tree.parents[node]] = after
+    if after >= 0:
+        tree.before[after] = before
+
+
+@njit(i8(TREE, f8, f8, f8, i8, f8, i8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+def insert(tree, x, y, heading, parent, cost, word, a, b, c):
+    """Add a node, with the way from its parent, and return its number."""
+    node = tree.sizes[COUNT]
+    tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2] = x, y, heading
+    tree.costs[node], tree.words[node], tree.child[node] = cost, word, -1
+    tree.lengths[node, 0], tree.lengths[node, 1], tree.lengths[node, 2] = a, b, c
+    tree.sizes[COUNT] = node + 1
+    adopt(tree, parent, node)
+    if tree.sizes[SIDE] < _MOST_SIDE and node >= 4 * _CROWD * tree.sizes[SIDE] ** 2:
+        index_again(tree)
+    else:
+        cell = cell_of(tree, x, y)
+        tree.below[node] = tree.heads[cell]
+        tree.heads[cell] = node
+    return node
+
+
+@njit(i8(TREE, i8, i8), nogil=True, cache=True, _nrt=False)
+def following(tree, node, top):
+    """Return the next of the nodes below ``top``, each after its parent; -1 after the last."""
+    if tree.child[node] >= 0:
+        return tree.child[node]
+    while node != top:
+        if tree.after[node] >= 0:
+            return tree.after[node]
+        node = tree.parents[node]
+    return -1
+
+
+@njit(i8(TREE, i8, f8, f8, f8, f8, b1, IDS, ROWS, i8, i8), nogil=True, cache=True, _nrt=False)
+def take_if_near(tree, node, x, y, heading, radius, by_line, ids, ways, wanted, found):
+    """Put a node into its place among the nearest, if it is one of them; return how many there are now."""
+    line = np.sqrt((tree.poses[node, 0] - x) ** 2 + (tree.poses[node, 1] - y) ** 2)
+    if found == wanted and line >= ways[found - 1, 0]:
+        return found
+    length, word, a, b, c = steer(
+        tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2], x, y, heading, radius)
+    counts = line if by_line else length
+    if found == wanted and counts >= ways[found - 1, 0]:
+        return found
+    place = found if found < wanted else found - 1
+    while place > 0 and ways[place - 1, 0] > counts:
+        ids[place] = ids[place - 1]
+        for k in range(6):
+            ways[place, k] = ways[place - 1, k]
+        place -= 1
+    ids[place] = node
+    ways[place, 0], ways[place, 1], ways[place, 2] = counts, length, word
+    ways[place, 3], ways[place, 4], ways[place, 5] = a, b, c
+    return min(found + 1, wanted)
+
+
+@njit(i8(TREE, f8, f8, f8, f8, b1, IDS, ROWS, i8), nogil=True, cache=True, _nrt=False)
+def find_nearest(tree, x, y, heading, radius, by_line, ids, ways, wanted):
+    """Write the nodes with the shortest ways to a pose, the nearest first; return how many there are.
+
+    ``ways`` (n, 6) has for each of ``ids`` (n,) what counts, then length, word and three lengths. With ``by_line`` the
+    straight line counts, else the way.
+    """
+    side, found = tree.sizes[SIDE], 0
+    width = (tree.box[2] - tree.box[0]) / side
+    height = (tree.box[3] - tree.box[1]) / side
+    column = min(max(int((x - tree.box[0]) / width), 0), side - 1)
+    row = min(max(int((y - tree.box[1]) / height), 0), side - 1)
+    for ring in range(side):
+        if found == wanted and (ring - 1) * min(width, height) >= ways[found - 1, 0]:
+            break
+        for j in range(max(row - ring, 0), min(row + ring, side - 1) + 1):
+            whole = j == row - ring or j == row + ring
+            i = column - ring
+            while i <= column + ring:
+                if 0 <= i < side:
+                    node = tree.heads[j * side + i]
+                    while node >= 0:
+                        found = take_if_near(tree, node, x, y, heading, radius, by_line, ids, ways, wanted, found)
+                        node = tree.below[node]
+                i += 1 if whole or ring == 0 else 2 * ring
+    return found
