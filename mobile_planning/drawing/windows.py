@@ -1,6 +1,7 @@
 """Windows on the screen: the only place that uses ``matplotlib.pyplot``, and only when a window is asked for."""
 from __future__ import annotations
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 
@@ -26,3 +27,17 @@ def refresh(seconds: float) -> None:
     from matplotlib import pyplot
 
     pyplot.pause(seconds)
+
+
+def current_axes() -> tuple[Figure, Axes]:
+    """Return the figure that is open and its axes; new ones if there is none."""
+    from matplotlib import pyplot
+
+    return pyplot.gcf(), pyplot.gca()
+
+
+def close(figure: Figure) -> None:
+    """Close a figure's window."""
+    from matplotlib import pyplot
+
+    pyplot.close(figure)

@@ -1,0 +1,339 @@
+"""Rapidly exploring random trees over Dubins paths, and over straight lines."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, StartOccupied, StartOutside
+from mobile_planning.geometry import wrap_angle
+from mobile_planning.sampling.local_planner import LocalPlanner
+from mobile_planning.sampling.plan_result import PlanResult, PlanStatus
+from mobile_planning.sampling.rrt_graph import Edge, Graph, Node
+from mobile_planning.sampling.rrt_moves import RRTMoves
+from mobile_planning.sampling.rrt_options import RRTOptions
+from mobile_planning.sampling.rrt_search import Search
+from mobile_planning.sampling.task import Task
+from mobile_planning.sampling.track_result import result_of
+from mobile_planning.sampling.tree import Tree, planted
+from mobile_planning.stop_flag import StopFlag
+from mobile_planning.world.collision_space import TOUCH, CollisionSpace
+from mobile_planning.world.environment import Environment
+
+#: The seed's number of iterations. Beside a deadline it does not count.
+NB_ITERATION = 100
+METRICS = ('local', 'euclidean', 'euclidian')
+# How deep a path may lie in what it touches [m]: rounding.
+_ALLOWED = 1e-9
+# Poses of the goal zone that are looked at before the goal is called occupied.
+_GOAL_POSES = 200
+
+
+class RRT(RRTMoves):
+    """Class implementing a Rapidely Exploring Random Tree in two dimensions using dubins paths as an expansion method.
+
+    Parameters
+    ----------
+    environment : Environment
+        With a boundary or a grid. Moving obstacles are met where they are when the robot comes by.
+    precision : (3,) array_like [m, m, rad]
+        Half widths of the goal zone in x, y and psi; 0 is the goal itself.
+    **options
+        Fields of `RRTOptions`: radius, speed, nb_options, max_extension, scouts.
+
+    Attributes
+    ----------
+    nodes : dict of tuple to Node
+        All nodes of the tree, by the reached state (x, y, psi).
+    edges : dict of (tuple, tuple) to Edge
+    environment : Environment
+    goal_rate : float
+        The share of samples drawn in the goal zone, of the last run.
+    precision : tuple of three float [m, m, rad]
+    goal : tuple or None
+        Centre of the goal zone.
+    root : tuple or None
+        Where the tree starts.
+    local_planner : LocalPlanner
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not finite or out of its range.
+
+    Notes
+    -----
+    LaValle (1998), Rapidly-exploring random trees; Karaman and Frazzoli (2011) for ``star``. A robot of turning radius
+    0 goes in straight lines, its positions are (x, y).
+
+    Examples
+    --------
+    >>> from mobile_planning import Boundary, Environment, RoundObstacle
+    >>> world = Environment(Boundary((0, 100), (0, 100)), [RoundObstacle((50, 50), 20)])
+    >>> rrt = RRT(world)
+    >>> rrt.set_start((10, 50, 0))
+    >>> result = rrt.run((90, 50, 0), nb_iteration=5000, seed=1)
+    >>> result.status.name, rrt.in_goal_region(tuple(result.path[-1]))
+    ('SOLVED', True)
+    """
+
+    def __init__(self, environment: Environment, precision: ArrayLike = (5, 5, 1), **options):
+        self.environment = environment
+        self.options = RRTOptions(**options)
+        self.precision = _triple(precision, 'precision')
+        if min(self.precision) < 0:
+            raise InvalidInput(f'precision {self.precision} has a number below 0')
+        environment.bounds  # raises if the world has no extent
+        self.local_planner = LocalPlanner(self.options.radius)
+        self.goal_rate = 0.1
+        self.goal = self._tree = self._graph = self._path_node = None
+        self._begin = 0.0
+
+    @property
+    def root(self) -> tuple[float, ...] | None:
+        """The position of the root of the tree."""
+        return None if self._tree is None else self._position(self._tree.poses[0])
+
+    @property
+    def nodes(self) -> dict[tuple[float, ...], Node]:
+        """All nodes of the tree, by their positions; made when first asked for, changing it changes nothing."""
+        return self._as_graph().nodes
+
+    @property
+    def edges(self) -> dict[tuple[tuple[float, ...], tuple[float, ...]], Edge]:
+        """All edges of the tree, by the positions of their ends."""
+        return self._as_graph().edges
+
+    def set_start(self, start: ArrayLike, time: float = 0.0) -> None:
+        """Resets the graph, and sets the start node as root of the tree.
+
+        Parameters
+        ----------
+        start : tuple
+            The initial position (x, y, psi), used as root.
+        time : float [s]
+            When the robot is there.
+
+        Raises
+        ------
+        InvalidInput
+            If a number is not finite.
+        StartOutside, StartOccupied
+            If the robot cannot be there.
+        """
+        pose = self._pose(start, 'start')
+        if not (np.isreal(time) and isfinite(time)):
+            raise InvalidInput(f'time {time} s is not a finite number')
+        self._check_inside(pose, StartOutside, 'start')
+        if not self.environment.free_poses(pose, time):
+            raise StartOccupied(f'start {self._position(pose)} is occupied')
+        self._begin = float(time)
+        self._plant(planted(pose, self.environment.bounds))
+
+    def run(
+        self, goal: ArrayLike, nb_iteration: int = NB_ITERATION, goal_rate: float = 0.1, metric: str = 'local', *,
+        deadline: float | None = None, seed: int | None = None, star: bool = False,
+        cancel: NDArray[np.uint8] | None = None, progress: Callable[[float, int, float], None] | None = None,
+    ) -> PlanResult:
+        """Executes the algorithm with an empty graph, initialized with the start position at least.
+
+        The tree grows on from where the last run left it.
+
+        Parameters
+        ----------
+        goal : tuple
+            The final requested position (x, y, psi).
+        nb_iteration : int
+            The number of maximal iterations (not using the number of nodes as potentialy the start is in a region of
+            unavoidable collision). Beside a deadline the default does not count: the deadline alone ends the run.
+        goal_rate : float
+            The probability to expand towards the goal rather than towards a randomly selected sample.
+        metric : string
+            One of 'local' or 'euclidean' ('euclidian' too). The method used to select the closest node on the tree
+            from which a path will be grown towards a sample.
+        deadline : float, optional [s]
+            From now on.
+        seed : int, optional
+            The same tree, seed and number of iterations give the same answer. Drawn and reported if not given.
+        star : bool
+            Whether to go on, when a path is found, and make it shorter until the deadline or the iterations are over.
+        cancel : (1,) ndarray of uint8, optional
+            Set ``cancel[0]`` from another thread to end the run.
+        progress : callable, optional
+            Called ten times a second with the best cost [m] (infinite before there is one), the number of nodes and
+            the time [s] since the run began.
+
+        Returns
+        -------
+        PlanResult
+
+        Raises
+        ------
+        InvalidInput
+            If a number is out of its range, or there is no start.
+        GoalOutside, GoalOccupied
+            If no pose of the goal zone is free of what stands still.
+        """
+        pose = self._pose(goal, 'goal')
+        self._check_run(nb_iteration, goal_rate, metric, deadline, seed)
+        self._check_goal(pose)
+        seed = int(np.random.SeedSequence().entropy % 2**63) if seed is None else int(seed)
+        self.goal, self.goal_rate = self._position(pose), float(goal_rate)
+        budget = np.inf if deadline is not None and nb_iteration == NB_ITERATION else nb_iteration
+        flag = StopFlag(None if deadline is None else float(deadline), cancel)
+        search = Search(self._space(pose), self._tree, self._task(pose, metric), seed, budget, flag.array, progress,
+                        self.options.scouts)
+        if (deadline is None or deadline > 0) and not (cancel is not None and cancel[0]):
+            with flag:
+                search.to_first_path()
+                if star:
+                    search.improve()
+        self._plant(search.tree)
+        return self._result(search, cancel)
+
+    def in_goal_region(self, sample: ArrayLike) -> bool:
+        """Method to determine if a point is within a goal region or not.
+
+        Parameters
+        ----------
+        sample : tuple
+            (x, y, psi) the position of the point which needs to be tested.
+        """
+        if self.goal is None:
+            raise InvalidInput('there is no goal before the first run')
+        offset = np.abs(self._pose(sample, 'sample') - self._pose(self.goal, 'goal'))
+        offset[2] = abs(wrap_angle(offset[2])) if self.options.radius > 0 else 0.0
+        return bool((offset <= self.precision).all())
+
+    def plot(self, file_name: str | Path = '', close: bool = False, nodes: bool = False):
+        """Displays the tree using matplotlib, on a currently open figure.
+
+        Parameters
+        ----------
+        file_name : string
+            The name of the file used to save an image of the tree; none is written if it is empty.
+        close : bool
+            If the plot needs to be automaticaly closed after the drawing.
+        nodes : bool
+            If the nodes need to be displayed as well.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from mobile_planning.sampling.rrt_plot import plot_tree
+
+        return plot_tree(self, file_name, close, nodes)
+
+    def _plant(self, tree: Tree) -> None:
+        """Take a tree in place of the old one."""
+        self._tree, self._graph = tree, None
+
+    def _as_graph(self) -> Graph:
+        if self._tree is None:
+            raise InvalidInput('there is no tree before set_start')
+        if self._graph is None:
+            self._graph = Graph(self._tree, self.options.radius, self._begin, self.options.speed)
+        return self._graph
+
+    def _position(self, pose: NDArray[np.float64]) -> tuple[float, ...]:
+        """Return a pose as the caller names it: without heading where it means nothing."""
+        return tuple(pose[:3 if self.options.radius > 0 else 2].tolist())
+
+    def _pose(self, position: ArrayLike, name: str) -> NDArray[np.float64]:
+        """Return a position as a pose, the heading in (-pi, pi]; 0 where it means nothing."""
+        try:
+            pose = np.array(position, float)
+        except (TypeError, ValueError):
+            raise InvalidInput(f'{name} {position!r} is not made of numbers') from None
+        if self.options.radius == 0 and pose.shape in ((2,), (3,)):
+            pose = np.append(pose[:2], 0.0)
+        if pose.shape != (3,):
+            raise InvalidInput(f'{name} {position!r} must be (x, y, psi)')
+        if not np.isfinite(pose).all():
+            raise InvalidInput(f'{name} {tuple(pose.tolist())} has a number that is not finite')
+        pose[2] = wrap_angle(pose[2])
+        return pose
+
+    def _check_run(self, nb_iteration, goal_rate, metric, deadline, seed) -> None:
+        """Refuse what cannot be a run."""
+        if self._tree is None:
+            raise InvalidInput('set_start must come before run')
+        if not (isinstance(nb_iteration, (int, np.integer)) and nb_iteration >= 0):
+            raise InvalidInput(f'nb_iteration {nb_iteration!r} is not a whole number of at least 0')
+        if not (np.isreal(goal_rate) and 0 <= goal_rate <= 1):
+            raise InvalidInput(f'goal_rate {goal_rate!r} is not within 0..1')
+        if metric not in METRICS:
+            raise InvalidInput(f'metric {metric!r} is none of {", ".join(METRICS)}')
+        if deadline is not None and not (np.isreal(deadline) and deadline >= 0):
+            raise InvalidInput(f'deadline {deadline!r} s is not a number of at least 0')
+        if seed is not None and not (isinstance(seed, (int, np.integer)) and seed >= 0):
+            raise InvalidInput(f'seed {seed!r} is not a whole number of at least 0')
+
+    def _check_goal(self, goal: NDArray[np.float64]) -> None:
+        """Refuse a goal whose zone has no pose free of what stands still."""
+        self._check_inside(goal, GoalOutside, 'goal')
+        still = self.environment
+        if still.moving:
+            still = Environment(still.boundary, still.obstacles, still.grid, occupied_from=still.occupied_from,
+                                unknown_is_free=still.unknown_is_free, footprint=still.footprint)
+        if still.free_poses(goal):
+            return
+        shifts = np.random.default_rng(0).uniform(-1, 1, (_GOAL_POSES, 3)) * self.precision
+        if not still.free_poses(goal + shifts).any():
+            raise GoalOccupied(f'goal {self._position(goal)} is occupied')
+
+    def _check_inside(self, pose, kind, name) -> None:
+        x_min, y_min, x_max, y_max = self.environment.bounds
+        if not (x_min <= pose[0] <= x_max and y_min <= pose[1] <= y_max):
+            raise kind(f'{name} {self._position(pose)} lies outside the world, '
+                       f'x {x_min:g} to {x_max:g} and y {y_min:g} to {y_max:g} m')
+
+    def _space(self, goal: NDArray[np.float64]) -> CollisionSpace:
+        """Return the world for the kernels; where start or goal touch something, paths may touch as much."""
+        from mobile_planning.world.collision_kernels import is_free
+
+        space = self.environment.space(_ALLOWED)
+        touches = not is_free(space, *self._tree.poses[0], self._begin)
+        if self.environment.moving:
+            return self.environment.space(TOUCH) if touches else space
+        touches |= not is_free(space, *goal, 0.0) and bool(self.environment.free_poses(goal))
+        return self.environment.space(TOUCH) if touches else space
+
+    def _task(self, goal: NDArray[np.float64], metric: str) -> Task:
+        options, bounds = self.options, self.environment.bounds
+        extension = options.max_extension
+        if extension is None:
+            extension = 6 * options.radius if options.radius > 0 else 0.1 * max(
+                bounds[2] - bounds[0], bounds[3] - bounds[1])
+        return Task(goal, np.array(self.precision), float(options.radius), float(extension), float(options.speed),
+                    self._begin, self.goal_rate, options.nb_options, metric != 'local')
+
+    def _result(self, search: Search, cancel: NDArray[np.uint8] | None) -> PlanResult:
+        if search.history:
+            status, track, end = PlanStatus.SOLVED, search.track, search.end
+        else:
+            node = search.nearest_to_goal()
+            track, end = search.track_to(node), search.tree.poses[node]
+            status = PlanStatus.APPROXIMATE if search.iterations >= search.budget else PlanStatus.TIMEOUT
+            if cancel is not None and cancel[0]:
+                status = PlanStatus.CANCELLED
+        return replace(
+            result_of(track, end, self.options.radius), status=status, seed=search.seed,
+            history=tuple(search.history), iterations=search.iterations, nodes=search.tree.count,
+            elapsed=search.elapsed)
+
+
+def _triple(values: ArrayLike, name: str) -> tuple[float, float, float]:
+    """Return three finite numbers."""
+    try:
+        numbers = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != 3 or not all(map(isfinite, numbers)):
+        raise InvalidInput(f'{name} {values!r} is not made of three finite numbers')
+    return numbers
