@@ -28,6 +28,8 @@ _HOMES = {
     'grid.clearance_costs': ('clearance_costs',),
     'grid.resample': ('resample',),
     'sampling.dubins': ('DubinsPath', 'dubins_shortest', 'dubins_options', 'dubins_lengths'),
+    'sampling.reeds_shepp': (
+        'ReedsSheppPath', 'reeds_shepp_shortest', 'reeds_shepp_options', 'reeds_shepp_lengths'),
     'sampling.curve': ('Curve', 'Segment'),
     'sampling.rrt': ('RRT',),
     'sampling.rrt_graph': ('Edge', 'Node'),

@@ -57,6 +57,8 @@ def solve_lsr(u, v, p, phi):
 @njit(ANGLES(f8, f8, f8, f8), nogil=True, cache=True)
 def solve_lrl(u, v, distance, phi):
     """Return (t, p, q) of LRL; (u, v) joins the outer circles' centres, which are at most 4 apart."""
+    if distance <= SNAP:
+        return 0.0, TURN, phi
     half = np.arccos(min(0.25 * distance, 1.0))
     t = full_turn(np.arctan2(v, u) + half + 0.5 * np.pi)
     p = np.pi + 2.0 * half

@@ -2,10 +2,11 @@
 import numpy as np
 from numba import f8, i8, njit
 
-from mobile_planning.sampling.rrt_kernels import SAME, TASK, wrapped
+from mobile_planning.sampling.rrt_kernels import TASK, wrapped
+from mobile_planning.sampling.rrt_star_kernels import join_if_shorter
 from mobile_planning.sampling.steering_kernels import first_heading, steer, way_is_free
 from mobile_planning.sampling.track_kernels import TRACK, append_way, pose_on
-from mobile_planning.sampling.tree_kernels import COUNT, IDS, TREE, insert
+from mobile_planning.sampling.tree_kernels import COUNT, IDS, SAME, TREE, find_same, insert
 from mobile_planning.world.collision_kernels import POSES
 from mobile_planning.world.distance_kernels import SPACE
 
@@ -50,7 +51,14 @@ def graft(space, tree, task, track, end_x, end_y, end_heading):
             t = task.begin + tree.costs[node] / task.speed
             if length <= stretch + SAME and way_is_free(space, at_x, at_y, first, word, a, b, c, task.radius, t,
                                                         task.speed):
-                node = insert(tree, x, y, wrapped(heading), node, tree.costs[node] + (a + b + c), word, a, b, c)
+                there = find_same(tree, x, y, wrapped(heading))
+                if there < 0:
+                    node = insert(tree, x, y, wrapped(heading), node, tree.costs[node] + (a + b + c), word, a, b, c)
+                    break
+                if (tree.costs[there] > tree.costs[node] + length + SAME
+                        and not join_if_shorter(space, tree, task, node, there)):
+                    return -1
+                node = there
                 break
             stretch *= 0.5
             if stretch < _SHORTEST:

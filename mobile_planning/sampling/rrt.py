@@ -68,7 +68,8 @@ class RRT(RRTMoves):
     Notes
     -----
     LaValle (1998), Rapidly-exploring random trees; Karaman and Frazzoli (2011) for ``star``. A robot of turning radius
-    0 goes in straight lines, its positions are (x, y).
+    0 goes in straight lines, its positions are (x, y); what has an outline and turns on the spot is planned for as the
+    disc that it covers in turning.
 
     Examples
     --------
@@ -82,16 +83,26 @@ class RRT(RRTMoves):
     """
 
     def __init__(self, environment: Environment, precision: ArrayLike = (5, 5, 1), **options):
-        self.environment = environment
         self.options = RRTOptions(**options)
+        self.environment = environment
         self.precision = _triple(precision, 'precision')
         if min(self.precision) < 0:
             raise InvalidInput(f'precision {self.precision} has a number below 0')
-        environment.bounds  # raises if the world has no extent
         self.local_planner = LocalPlanner(self.options.radius)
         self.goal_rate = 0.1
         self.goal = self._tree = self._graph = self._path_node = None
         self._begin = 0.0
+
+    @property
+    def environment(self) -> Environment:
+        """The world; set it to another when the world has changed, and `prune` the tree."""
+        return self._environment
+
+    @environment.setter
+    def environment(self, environment: Environment) -> None:
+        environment.bounds  # raises if the world has no extent
+        turns_on_the_spot = self.options.radius == 0 and environment.footprint.outline is not None
+        self._environment = environment.for_footprint(environment.footprint.reach) if turns_on_the_spot else environment
 
     @property
     def root(self) -> tuple[float, ...] | None:
@@ -277,10 +288,7 @@ class RRT(RRTMoves):
     def _check_goal(self, goal: NDArray[np.float64]) -> None:
         """Refuse a goal whose zone has no pose free of what stands still."""
         self._check_inside(goal, GoalOutside, 'goal')
-        still = self.environment
-        if still.moving:
-            still = Environment(still.boundary, still.obstacles, still.grid, occupied_from=still.occupied_from,
-                                unknown_is_free=still.unknown_is_free, footprint=still.footprint)
+        still = self.environment.at_rest()
         if still.free_poses(goal):
             return
         shifts = np.random.default_rng(0).uniform(-1, 1, (_GOAL_POSES, 3)) * self.precision

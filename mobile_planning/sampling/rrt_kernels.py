@@ -8,15 +8,13 @@ from numba import b1, f8, i8, njit, types, u1, void
 from mobile_planning.sampling.random_kernels import STATE, uniform
 from mobile_planning.sampling.steering_kernels import cut, first_heading, way_end, way_is_free
 from mobile_planning.sampling.task import Task
-from mobile_planning.sampling.tree_kernels import COUNT, IDS, ROWS, TREE, find_nearest, insert
+from mobile_planning.sampling.tree_kernels import COUNT, IDS, ROWS, SAME, TREE, find_nearest, find_same, insert
 from mobile_planning.world.collision_kernels import is_free
 from mobile_planning.world.distance_kernels import SPACE
 
 TASK = types.NamedTuple((f8[::1], f8[::1], f8, f8, f8, f8, f8, i8, b1), Task)
 STOP = u1[::1]
 EXHAUSTED, REACHED, STOPPED, FULL = range(4)
-# Two poses nearer than this are one [m].
-SAME = 1e-9
 
 
 @njit(f8(f8), nogil=True, cache=True, _nrt=False)
@@ -67,6 +65,8 @@ def extend(space, tree, task, sample, ids, ways):
             x, y, heading = way_end(x, y, heading, word, a, b, c, task.radius)
         else:
             x, y, heading = sample[0], sample[1], sample[2]
+        if find_same(tree, x, y, wrapped(heading)) >= 0:
+            continue
         return insert(tree, x, y, wrapped(heading), node, tree.costs[node] + length, word, a, b, c)
     return -1
 

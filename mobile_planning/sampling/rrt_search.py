@@ -221,8 +221,9 @@ class Search:
         self.tree = with_room(self.tree, 4 * self.track.count + 64)
         node = graft(self.space, self.tree, self.task, self.track, *self.end)
         if node >= 0:
-            self._goals[0] += 1
-            self._goals[self._goals[0]] = node
+            if node not in self._goals[1:1 + self._goals[0]]:
+                self._goals[0] += 1
+                self._goals[self._goals[0]] = node
             self._raw = min(self._raw, float(self.tree.costs[node]))
 
     def _report(self) -> None:

@@ -10,10 +10,10 @@ from numba import b1, f8, i8, njit, types, u1, void
 
 from mobile_planning.sampling.random_kernels import STATE, uniform
 from mobile_planning.sampling.rrt_kernels import (
-    EXHAUSTED, FULL, SAME, STOPPED, TASK, draw_sample, in_goal, wrapped)
+    EXHAUSTED, FULL, STOPPED, TASK, draw_sample, in_goal, wrapped)
 from mobile_planning.sampling.steering_kernels import cut, first_heading, steer, way_end, way_is_free
 from mobile_planning.sampling.tree_kernels import (
-    COUNT, IDS, ROWS, SIDE, TREE, adopt, cell_of, find_nearest, following, insert, leave)
+    COUNT, IDS, ROWS, SAME, SIDE, TREE, adopt, cell_of, find_nearest, find_same, following, insert, leave)
 from mobile_planning.world.collision_kernels import is_free
 from mobile_planning.world.distance_kernels import SPACE
 
@@ -142,6 +142,8 @@ def extend_star(space, tree, task, sample, ids, ways, near, bound, reach):
         t = task.begin + tree.costs[node] / task.speed
         if not way_is_free(space, x, y, heading, word, a, b, c, task.radius, t, task.speed):
             continue
+        if find_same(tree, end_x, end_y, wrapped(end_heading)) >= 0:
+            continue
         new = insert(tree, end_x, end_y, wrapped(end_heading), node, tree.costs[node] + (a + b + c), word, a, b, c)
         count = list_near(tree, end_x, end_y, reach, near)
         for j in range(count):
@@ -161,7 +163,7 @@ def grow_star(space, tree, task, random, goals, bound, density, iterations, stop
     ``goals`` lists the nodes in the goal zone: their number, then each. Nodes that cannot be part of a path shorter
     than ``bound`` [m] are not added.
     """
-    sample, near = np.empty(3), np.empty(1024, np.int64)
+    sample, near = np.empty(3), np.empty(512, np.int64)
     ids, ways = np.empty(task.nb_options, np.int64), np.empty((task.nb_options, 6))
     is_static = space.reach[3] == 0.0
     extent = np.sqrt((tree.box[2] - tree.box[0]) * (tree.box[3] - tree.box[1]))

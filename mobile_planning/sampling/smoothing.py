@@ -79,7 +79,7 @@ def smooth(
         raise InvalidInput(f'the path starts in an obstacle, at {poses[0].tolist()}')
     failed = join_poses(space, poses, radius, begin, speed, track)
     if failed >= 0:
-        raise InvalidInput(f'the path cannot be driven freely from pose {failed}, {poses[failed].tolist()}, to the next')
+        raise InvalidInput(f'from pose {failed} of the path, {poses[failed].tolist()}, no free way leads to the next')
     # Only a path that touches something already may touch it.
     strict = environment.space(1e-9)
     if join_poses(strict, poses, radius, begin, speed, track.copy()) < 0:
@@ -88,6 +88,8 @@ def smooth(
     flag, made, spare = StopFlag(deadline, cancel), 0, track.copy()
     with flag:
         while made < nb_iteration and not flag.array[0]:
+            if track.length == 0.0:
+                break
             made += max(1, shorten(space, track, spare, random, radius, begin, speed,
                                    min(_PORTION, nb_iteration - made), flag.array))
             if track.length < history[-1].cost:

@@ -14,6 +14,10 @@ COLUMN, IDS = f8[::1], i8[::1]
 TREE = types.NamedTuple((ROWS, IDS, COLUMN, IDS, ROWS, IDS, IDS, IDS, IDS, IDS, IDS, COLUMN), Tree)
 # In `Tree.sizes`.
 COUNT, SIDE = 0, 1
+#: Two poses nearer than this are one [m].
+SAME = 1e-9
+# The search for the nearest nodes ends when it has looked at so many and has as many as are wanted.
+_LOOKED_AT = 400
 # Nodes a cell on the average, before the table is made finer.
 _CROWD = 4
 _MOST_SIDE = 256
@@ -84,6 +88,18 @@ def insert(tree, x, y, heading, parent, cost, word, a, b, c):
     return node
 
 
+@njit(i8(TREE, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+def find_same(tree, x, y, heading):
+    """Return the node at a pose, -1 if there is none."""
+    node = tree.heads[cell_of(tree, x, y)]
+    while node >= 0:
+        if (abs(tree.poses[node, 0] - x) <= SAME and abs(tree.poses[node, 1] - y) <= SAME
+                and 1.0 - np.cos(tree.poses[node, 2] - heading) <= SAME * SAME):
+            return node
+        node = tree.below[node]
+    return -1
+
+
 @njit(i8(TREE, i8, i8), nogil=True, cache=True, _nrt=False)
 def following(tree, node, top):
     """Return the next of the nodes below ``top``, each after its parent; -1 after the last."""
@@ -124,15 +140,16 @@ def find_nearest(tree, x, y, heading, radius, by_line, ids, ways, wanted):
     """Write the nodes with the shortest ways to a pose, the nearest first; return how many there are.
 
     ``ways`` (n, 6) has for each of ``ids`` (n,) what counts, then length, word and three lengths. With ``by_line`` the
-    straight line counts, else the way.
+    straight line counts, else the way. In a crowd the search ends early: nodes further away by the line may be missed.
     """
-    side, found = tree.sizes[SIDE], 0
+    side, found, looked_at = tree.sizes[SIDE], 0, 0
     width = (tree.box[2] - tree.box[0]) / side
     height = (tree.box[3] - tree.box[1]) / side
     column = min(max(int((x - tree.box[0]) / width), 0), side - 1)
     row = min(max(int((y - tree.box[1]) / height), 0), side - 1)
     for ring in range(side):
-        if found == wanted and (ring - 1) * min(width, height) >= ways[found - 1, 0]:
+        if found == wanted and (
+                looked_at > _LOOKED_AT or (ring - 1) * min(width, height) >= ways[found - 1, 0]):
             break
         for j in range(max(row - ring, 0), min(row + ring, side - 1) + 1):
             whole = j == row - ring or j == row + ring
@@ -142,6 +159,6 @@ def find_nearest(tree, x, y, heading, radius, by_line, ids, ways, wanted):
                     node = tree.heads[j * side + i]
                     while node >= 0:
                         found = take_if_near(tree, node, x, y, heading, radius, by_line, ids, ways, wanted, found)
-                        node = tree.below[node]
+                        node, looked_at = tree.below[node], looked_at + 1
                 i += 1 if whole or ring == 0 else 2 * ring
     return found

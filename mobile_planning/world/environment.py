@@ -131,6 +131,18 @@ class Environment:
         """Which cells (h, w) of the grid are obstacles."""
         return self.grid.occupied(self.occupied_from, self.unknown_is_free)
 
+    def for_footprint(self, footprint: Footprint | float) -> Environment:
+        """Return this environment for a robot of another footprint."""
+        return self._changed(self.moving, footprint)
+
+    def at_rest(self) -> Environment:
+        """Return this environment without what moves; itself, if nothing does."""
+        return self._changed((), self.footprint) if self.moving else self
+
+    def _changed(self, moving: Iterable[MovingObstacle], footprint: Footprint | float) -> Environment:
+        return Environment(self.boundary, self.obstacles, self.grid, occupied_from=self.occupied_from,
+                           unknown_is_free=self.unknown_is_free, moving=moving, footprint=footprint)
+
     def space(self, allowed: float = 0.0) -> CollisionSpace:
         """Return the arrays that kernels check motions with, of a robot that may lie ``allowed`` [m] deep in obstacles.
 

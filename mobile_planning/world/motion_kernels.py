@@ -57,11 +57,13 @@ def passes_block(space, group, block, x, y, heading, turn, length, radius, vx, v
         at_x, at_y = at_x - place * vx, at_y - place * vy
         distance = np.sqrt(squared_to_block(space, block, at_x, at_y, np.inf))
         room = distance - disc
-        if room < LEAST_STEP:
-            if disc > allowed and room < -allowed:
+        if disc > allowed and room < -allowed:
+            return False
+        # A point may be beyond the edge, by what is allowed and one least step.
+        if disc <= allowed and room < allowed + 2.0 * LEAST_STEP and is_inside(space, group, at_x, at_y):
+            if distance > allowed - disc:
                 return False
-            if disc <= allowed and distance > allowed - disc and is_inside(space, group, at_x, at_y):
-                return False
+            room = 0.0
         if place >= total:
             return True
         place = min(total, place + max(room, LEAST_STEP) / pace)
