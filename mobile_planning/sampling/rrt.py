@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, StartOccupied, StartOutside
+from mobile_planning.errors import (
+    Cancelled, GoalOccupied, GoalOutside, InvalidInput, PlanningTimeout, StartOccupied, StartOutside)
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.local_planner import LocalPlanner
 from mobile_planning.sampling.plan_result import PlanResult, PlanStatus
@@ -29,6 +30,8 @@ NB_ITERATION = 100
 METRICS = ('local', 'euclidean', 'euclidian')
 # How deep a path may lie in what it touches [m]: rounding.
 _ALLOWED = 1e-9
+# Samples drawn before the clock is watched.
+_BURST = 200
 # Poses of the goal zone that are looked at before the goal is called occupied.
 _GOAL_POSES = 200
 
@@ -198,11 +201,17 @@ class RRT(RRTMoves):
         flag = StopFlag(None if deadline is None else float(deadline), cancel)
         search = Search(self._space(pose), self._tree, self._task(pose, metric), seed, budget, flag.array, progress,
                         self.options.scouts)
-        if (deadline is None or deadline > 0) and not (cancel is not None and cancel[0]):
-            with flag:
-                search.to_first_path()
-                if star:
-                    search.improve()
+        try:
+            flag.check()
+            # Most queries are answered before a thread that watches the clock would have begun.
+            search.to_first_path(_BURST)
+            if star or not search.history:
+                with flag:
+                    search.to_first_path()
+                    if star:
+                        search.improve()
+        except (PlanningTimeout, Cancelled):
+            pass
         self._plant(search.tree)
         return self._result(search, cancel)
 

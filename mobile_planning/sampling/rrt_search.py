@@ -85,15 +85,17 @@ class Search:
     def _is_over(self) -> bool:
         return bool(self.stop[0]) or self.iterations >= self.budget
 
-    def to_first_path(self) -> None:
-        """Grow the tree until it reaches the goal zone, or the search is over."""
+    def to_first_path(self, most: float = np.inf) -> None:
+        """Grow the tree until it reaches the goal zone, with so many samples at most, or until the search is over."""
+        if self.history:
+            return
         inside = self._nodes_in_zone()
         if len(inside):
             self._goals[0] = min(len(inside), _GOALS - 1)
             self._goals[1:1 + self._goals[0]] = inside[:_GOALS - 1]
             self._take_best_of_tree()
             return
-        self.tree, node = self._grown(self.tree)
+        self.tree, node = self._grown(self.tree, most)
         if node >= 0:
             self._goals[:2] = 1, node
             self._take_best_of_tree()
