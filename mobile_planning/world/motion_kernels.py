@@ -75,8 +75,14 @@ def passes_straight(space, group, block, x, y, heading, length, vx, vy):
     total = abs(length)
     end_x, end_y = x + length * np.cos(heading) - total * vx, y + length * np.sin(heading) - total * vy
     needed = max(space.reach[0] - space.reach[2], 0.0)
+    x_min, x_max, y_min, y_max = min(x, end_x), max(x, end_x), min(y, end_y), max(y, end_y)
     least = np.inf
     for k in range(space.first[block], space.first[block + 1]):
+        if (max(space.edges[k, 0], space.edges[k, 2]) < x_min - needed
+                or min(space.edges[k, 0], space.edges[k, 2]) > x_max + needed
+                or max(space.edges[k, 1], space.edges[k, 3]) < y_min - needed
+                or min(space.edges[k, 1], space.edges[k, 3]) > y_max + needed):
+            continue
         least = min(least, squared_between(x, y, end_x, end_y, space.edges[k, 0], space.edges[k, 1],
                                            space.edges[k, 2], space.edges[k, 3]))
     if needed > 0.0 or least > 0.0:
