@@ -90,6 +90,18 @@ class LimitExceeded(PlanningError, ValueError):
     code = 254
 
 
+class NotBuilt(PlanningError, RuntimeError):
+    """There is no roadmap yet."""
+
+    code = 256
+
+
+class StrategyLocked(PlanningError, RuntimeError):
+    """The option cannot change while a roadmap stands that was built with it."""
+
+    code = 257
+
+
 class MapError(PlanningError):
     """A map that cannot be read or written; ``code`` is Nav2's LoadMap result."""
 

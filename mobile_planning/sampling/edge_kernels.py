@@ -1,0 +1,108 @@
+"""Checks of many edges of a roadmap at once, straight ones and Dubins paths, and points on them.
+
+None of the functions holds the GIL.
+"""
+import numpy as np
+from numba import b1, f8, i8, njit, types, void
+
+from mobile_planning.sampling.dubins_kernels import ALL_WORDS, shortest_between
+from mobile_planning.world.collision_kernels import is_free
+from mobile_planning.world.curve_kernels import advanced
+from mobile_planning.world.distance_kernels import SPACE
+from mobile_planning.world.motion_kernels import line_is_free, segment_is_free
+
+POINTS = types.Array(f8, 2, 'C', readonly=True)
+SHARES = types.Array(f8, 1, 'C', readonly=True)
+# The turns of the words, in the order of their codes: LSL, RSR, RSL, LSR, RLR, LRL.
+TURNS = ((1, 0, 1), (-1, 0, -1), (-1, 0, 1), (1, 0, -1), (-1, 1, -1), (1, -1, 1))
+
+
+@njit(i8(i8, i8), nogil=True, cache=True, _nrt=False)
+def turn_of(word, segment):
+    """Return the turn of a segment of a word: 1 to the left, 0 straight, -1 to the right."""
+    return TURNS[word][segment]
+
+
+ROOMS = types.Tuple((f8[:, ::1], f8, f8, f8, f8))
+# Pieces of a line whose rooms are looked up before the line is checked exactly.
+PIECES = 8
+
+
+@njit(f8(ROOMS, f8, f8), nogil=True, cache=True, _nrt=False)
+def least_room(rooms, x, y):
+    """Return a lower bound of the room [m] at a point within the bounds."""
+    least, x_min, y_min, columns, rows = rooms
+    column, row = int((x - x_min) * columns), int((y - y_min) * rows)
+    return least[min(max(row, 0), least.shape[0] - 1), min(max(column, 0), least.shape[1] - 1)]
+
+
+@njit(b1(ROOMS, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+def has_room(rooms, x0, y0, x1, y1):
+    """Return whether a line is seen to be free from the rooms at a few of its points alone: each reaches that far."""
+    half = 0.5 * np.hypot(x1 - x0, y1 - y0)
+    pieces = 1
+    while pieces <= PIECES:
+        piece = 0
+        while piece < pieces:
+            share = (piece + 0.5) / pieces
+            if least_room(rooms, x0 + share * (x1 - x0), y0 + share * (y1 - y0)) * pieces < half:
+                break
+            piece += 1
+        if piece == pieces:
+            return True
+        pieces *= 2
+    return False
+
+
+@njit(void(SPACE, ROOMS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_points_free(space, rooms, points, out):
+    """Write whether a robot without a heading is free at each point (n, 2) within the bounds."""
+    for k in range(len(out)):
+        x, y = points[k, 0], points[k, 1]
+        out[k] = least_room(rooms, x, y) > 0.0 or is_free(space, x, y, 0.0, 0.0)
+
+
+@njit(void(SPACE, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_poses_free(space, poses, out):
+    """Write whether the robot is free at each pose (n, 3)."""
+    for k in range(len(out)):
+        out[k] = is_free(space, poses[k, 0], poses[k, 1], poses[k, 2], 0.0)
+
+
+@njit(void(SPACE, ROOMS, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_lines_free(space, rooms, starts, ends, out):
+    """Write whether the line between each pair of free points is free, of a robot without a heading."""
+    for k in range(len(out)):
+        x0, y0, x1, y1 = starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1]
+        out[k] = has_room(rooms, x0, y0, x1, y1) or line_is_free(space, x0, y0, x1, y1)
+
+
+@njit(void(SPACE, POINTS, POINTS, f8, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_curves_free(space, starts, ends, radius, out):
+    """Write whether the shortest Dubins path between each pair of free poses is free."""
+    for k in range(len(out)):
+        x, y, heading = starts[k, 0], starts[k, 1], starts[k, 2]
+        found = shortest_between(x, y, heading, ends[k, 0], ends[k, 1], ends[k, 2], radius, ALL_WORDS)
+        word, lengths = found[1], found[2:5]
+        out[k] = True
+        for segment in range(3):
+            turn, length = turn_of(word, segment), lengths[segment]
+            if length > 0.0:
+                if not segment_is_free(space, x, y, heading, turn, length, radius, 0.0, 1.0):
+                    out[k] = False
+                    break
+                x, y, heading = advanced(x, y, heading, turn, length, radius)
+
+
+@njit(void(POINTS, POINTS, f8, SHARES, f8[:, ::1]), nogil=True, cache=True, _nrt=False)
+def write_curve_poses(starts, ends, radius, shares, out):
+    """Write the pose (n, 3) where a share of each shortest Dubins path lies behind."""
+    for k in range(len(shares)):
+        x, y, heading = starts[k, 0], starts[k, 1], starts[k, 2]
+        found = shortest_between(x, y, heading, ends[k, 0], ends[k, 1], ends[k, 2], radius, ALL_WORDS)
+        word, lengths, rest = found[1], found[2:5], shares[k] * found[0]
+        for segment in range(3):
+            driven = min(rest, lengths[segment])
+            x, y, heading = advanced(x, y, heading, turn_of(word, segment), driven, radius)
+            rest -= driven
+        out[k, 0], out[k, 1], out[k, 2] = x, y, heading

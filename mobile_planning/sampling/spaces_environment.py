@@ -1,0 +1,171 @@
+"""The spaces of mobile robots: the plane, and poses of a car, both among the obstacles of an environment."""
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.geometry import wrap_angle
+from mobile_planning.sampling.curve import radius_of
+from mobile_planning.sampling.dubins import dubins_lengths
+from mobile_planning.world.environment import Environment
+
+# How deep an edge may lie in an obstacle: rounding, no more [m].
+_TOUCH = 1e-6
+# Of the grid of rooms, along each axis.
+_CELLS = 128
+
+
+class PlaneSpace:
+    """Points (x, y) joined by straight lines, for a robot that is a disc or a point.
+
+    Parameters
+    ----------
+    environment : Environment
+        As it is now: a later change of it is not seen.
+
+    Raises
+    ------
+    InvalidInput
+        If it has no bounds, or obstacles that move, or the robot has an outline, which needs a heading.
+
+    Examples
+    --------
+    >>> from mobile_planning import Boundary, RoundObstacle
+    >>> space = PlaneSpace(Environment(Boundary((0, 10), (0, 10)), [RoundObstacle((5, 5), 1)]))
+    >>> space.edges_free(np.array([[1.0, 5.0], [1.0, 3.9]]), np.array([[9.0, 5.0], [9.0, 3.9]]))
+    array([False,  True])
+    """
+
+    is_directed = False
+    lookahead = 64
+    kind = 'plane'
+
+    def __init__(self, environment: Environment):
+        if environment.footprint.outline is not None:
+            raise InvalidInput('a robot with an outline has a heading: give the planner its turning_radius')
+        x_min, y_min, x_max, y_max = _fixed_bounds(environment)
+        self.low, self.high = np.array([x_min, y_min]), np.array([x_max, y_max])
+        self._obstacles = environment.space(_TOUCH)
+        self._rooms = _rooms(self._obstacles, self.low, self.high)
+
+    def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the points."""
+        return points
+
+    def coordinates(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the points."""
+        return points
+
+    def lengths(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the distances (n,) [m]."""
+        return np.hypot(ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1])
+
+    def free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which points (n, 2) are free."""
+        from mobile_planning.sampling.edge_kernels import write_points_free
+
+        is_free = np.empty(len(points), bool)
+        write_points_free(self._obstacles, self._rooms, np.ascontiguousarray(points), is_free)
+        return is_free
+
+    def edges_free(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which lines between free points are free, exactly for shapes."""
+        from mobile_planning.sampling.edge_kernels import write_lines_free
+
+        is_free = np.empty(len(starts), bool)
+        write_lines_free(self._obstacles, self._rooms, np.ascontiguousarray(starts), np.ascontiguousarray(ends),
+                         is_free)
+        return is_free
+
+    def interpolate(self, starts: NDArray[np.float64], ends: NDArray[np.float64],
+                    shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the points (n, 2) on the lines."""
+        return starts + (ends - starts) * shares[:, None]
+
+
+class DubinsSpace:
+    """Poses (x, y, heading) joined by the shortest Dubins paths: there is another way back than there.
+
+    Parameters
+    ----------
+    environment : Environment
+        As it is now.
+    turning_radius : float [m]
+
+    Raises
+    ------
+    InvalidInput
+        If the environment has no bounds, or obstacles that move, or the radius is not above 0.
+    """
+
+    is_directed = True
+    lookahead = 64
+
+    def __init__(self, environment: Environment, turning_radius: float):
+        x_min, y_min, x_max, y_max = _fixed_bounds(environment)
+        self.low, self.high = np.array([x_min, y_min, -np.pi]), np.array([x_max, y_max, np.pi])
+        self._obstacles, self._radius = environment.space(_TOUCH), radius_of(turning_radius)
+        self.kind = f'Dubins paths of radius {self._radius!r} m'
+
+    def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the poses with headings in (-pi, pi]."""
+        return np.column_stack([points[:, :2], wrap_angle(points[:, 2])])
+
+    def coordinates(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the positions (n, 2): no path is shorter than the line between them."""
+        return np.ascontiguousarray(points[:, :2])
+
+    def lengths(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the lengths (n,) [m] of the shortest Dubins paths."""
+        return dubins_lengths(starts, ends, self._radius)
+
+    def free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which poses (n, 3) are free."""
+        from mobile_planning.sampling.edge_kernels import write_poses_free
+
+        is_free = np.empty(len(points), bool)
+        write_poses_free(self._obstacles, np.ascontiguousarray(points), is_free)
+        return is_free
+
+    def edges_free(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which paths between free poses are free."""
+        from mobile_planning.sampling.edge_kernels import write_curves_free
+
+        is_free = np.empty(len(starts), bool)
+        write_curves_free(self._obstacles, np.ascontiguousarray(starts), np.ascontiguousarray(ends), self._radius,
+                          is_free)
+        return is_free
+
+    def interpolate(self, starts: NDArray[np.float64], ends: NDArray[np.float64],
+                    shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the poses (n, 3) on the paths."""
+        from mobile_planning.sampling.edge_kernels import write_curve_poses
+
+        poses = np.empty((len(shares), 3))
+        write_curve_poses(np.ascontiguousarray(starts), np.ascontiguousarray(ends), self._radius,
+                          np.ascontiguousarray(shares), poses)
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        return poses
+
+
+def _fixed_bounds(environment):
+    """Return the bounds of an environment in which nothing moves."""
+    if environment.moving:
+        raise InvalidInput(f'a roadmap knows no time: it takes none of the {len(environment.moving)} moving obstacles')
+    return environment.bounds
+
+
+def _rooms(obstacles, low, high):
+    """Return how much room there is at least in each cell of a coarse grid over the bounds, and where its cells are.
+
+    Whatever the obstacles are, most edges are seen to be free by that alone.
+    """
+    from mobile_planning.world.collision_kernels import write_rooms
+
+    cell = (high - low) / _CELLS
+    centres = low + (np.stack(np.meshgrid(np.arange(_CELLS), np.arange(_CELLS)), axis=-1).reshape(-1, 2) + 0.5) * cell
+    room = np.empty(len(centres))
+    write_rooms(obstacles, np.column_stack([centres, np.zeros(len(centres))]), np.zeros(len(centres)), room)
+    least = (room - np.hypot(*cell) / 2).reshape(_CELLS, _CELLS)
+    return least, float(low[0]), float(low[1]), float(1 / cell[0]), float(1 / cell[1])
