@@ -9,7 +9,7 @@ from mobile_planning.sampling.dubins_kernels import ALL_WORDS, shortest_between
 from mobile_planning.world.collision_kernels import is_free
 from mobile_planning.world.curve_kernels import advanced
 from mobile_planning.world.distance_kernels import SPACE
-from mobile_planning.world.motion_kernels import line_is_free, segment_is_free
+from mobile_planning.world.motion_kernels import passes_cells, passes_circles, passes_polygons, segment_is_free
 
 POINTS = types.Array(f8, 2, 'C', readonly=True)
 SHARES = types.Array(f8, 1, 'C', readonly=True)
@@ -24,6 +24,8 @@ def turn_of(word, segment):
 
 
 ROOMS = types.Tuple((f8[:, ::1], f8, f8, f8, f8))
+# How much room there is at least in each cell of a coarse grid, and the obstacles.
+PLANE = types.Tuple((ROOMS, SPACE))
 # Pieces of a line whose rooms are looked up before the line is checked exactly.
 PIECES = 8
 
@@ -54,12 +56,37 @@ def has_room(rooms, x0, y0, x1, y1):
     return False
 
 
-@njit(void(SPACE, ROOMS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
-def write_points_free(space, rooms, points, out):
+@njit(b1(PLANE, f8, f8), nogil=True, cache=True, _nrt=False)
+def point_is_free(plane, x, y):
+    """Return whether a robot without a heading is free at a point within the bounds."""
+    return least_room(plane[0], x, y) > 0.0 or is_free(plane[1], x, y, 0.0, 0.0)
+
+
+@njit(b1(PLANE, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+def straight_is_free(plane, x0, y0, x1, y1):
+    """Return whether the line between two free points is free, of a robot without a heading.
+
+    What `line_is_free` does in functions of functions: to hand a space on costs as much as to look at it.
+    """
+    rooms, space = plane
+    if has_room(rooms, x0, y0, x1, y1):
+        return True
+    box = min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
+    room = space.reach[0] - space.reach[2]
+    if (box[0] < space.box[0] + room or box[1] < space.box[1] + room
+            or box[2] > space.box[2] - room or box[3] > space.box[3] - room):
+        return False
+    heading, length = np.arctan2(y1 - y0, x1 - x0), np.hypot(x1 - x0, y1 - y0)
+    return ((len(space.circles) == 0 or passes_circles(space, x0, y0, heading, 0, length, 1.0, 0.0, 1.0, box))
+            and (len(space.edges) == 0 or passes_polygons(space, x0, y0, heading, 0, length, 1.0, 0.0, 1.0, box))
+            and (space.cells.size == 0 or passes_cells(space, x0, y0, heading, 0, length, 1.0)))
+
+
+@njit(void(PLANE, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_points_free(plane, points, out):
     """Write whether a robot without a heading is free at each point (n, 2) within the bounds."""
     for k in range(len(out)):
-        x, y = points[k, 0], points[k, 1]
-        out[k] = least_room(rooms, x, y) > 0.0 or is_free(space, x, y, 0.0, 0.0)
+        out[k] = point_is_free(plane, points[k, 0], points[k, 1])
 
 
 @njit(void(SPACE, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
@@ -69,12 +96,11 @@ def write_poses_free(space, poses, out):
         out[k] = is_free(space, poses[k, 0], poses[k, 1], poses[k, 2], 0.0)
 
 
-@njit(void(SPACE, ROOMS, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
-def write_lines_free(space, rooms, starts, ends, out):
+@njit(void(PLANE, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_lines_free(plane, starts, ends, out):
     """Write whether the line between each pair of free points is free, of a robot without a heading."""
     for k in range(len(out)):
-        x0, y0, x1, y1 = starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1]
-        out[k] = has_room(rooms, x0, y0, x1, y1) or line_is_free(space, x0, y0, x1, y1)
+        out[k] = straight_is_free(plane, starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1])
 
 
 @njit(void(SPACE, POINTS, POINTS, f8, b1[::1]), nogil=True, cache=True, _nrt=False)

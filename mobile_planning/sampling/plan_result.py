@@ -58,6 +58,8 @@ class PlanResult:
         L, S or R for each segment of a car's path.
     lengths : tuple of float [m]
         Of these segments; their sum is the cost.
+    collision_checks : int
+        Edges of a roadmap that were checked.
     """
 
     status: PlanStatus
@@ -70,6 +72,7 @@ class PlanResult:
     elapsed: float = 0.0
     word: str = ''
     lengths: tuple[float, ...] = ()
+    collision_checks: int = 0
 
     @property
     def is_solved(self) -> bool:

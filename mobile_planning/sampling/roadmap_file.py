@@ -51,8 +51,10 @@ def load_roadmap(path: str | Path, space: Space) -> tuple[Roadmap, int]:
                 raise InvalidInput(f'{path} is compressed: a roadmap is stored as it is')
         with np.load(path, allow_pickle=False) as file:
             values = {name: file[name] for name in _FIELDS}
-    except (zipfile.BadZipFile, KeyError, ValueError, EOFError, MemoryError) as error:
-        raise InvalidInput(f'{path} is no roadmap: {error}') from None
+    except (InvalidInput, OSError):
+        raise
+    except Exception as error:  # a damaged archive fails in a dozen ways, from struct's to tokenize's
+        raise InvalidInput(f'{path} is no roadmap: {type(error).__name__}: {error}') from None
     for name, axes in _FIELDS.items():
         if values[name].ndim != axes:
             raise InvalidInput(f'{path}: {name} has {values[name].ndim} axes, not {axes}')
@@ -67,7 +69,8 @@ def _roadmap(path, space, values):
     """Return the roadmap, if its numbers make one."""
     points, edges, radius, seed = (values[name] for name in ('points', 'edges', 'radius', 'seed'))
     if points.dtype != float or points.shape[1] != len(space.low) or not np.isfinite(points).all():
-        raise InvalidInput(f'{path}: points {points.shape} of {points.dtype} are not (n, {len(space.low)}) finite numbers')
+        raise InvalidInput(f'{path}: points {points.shape} of {points.dtype} are not (n, {len(space.low)}) '
+                           'finite numbers')
     outside = ((points < space.low) | (points > space.high)).any(axis=1)
     if outside.any():
         raise InvalidInput(f'{path}: {outside.sum()} of {len(points)} points are outside the bounds, '

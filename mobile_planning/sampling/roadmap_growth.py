@@ -96,10 +96,12 @@ class RoadmapGrowth:
     def _candidates(self, points, first, radius):
         """Return edges (m, 2) at most a radius long that end at a node from ``first`` on, and their lengths."""
         self.flag.check()
-        expected = len(points) * _mean_neighbours(self.space, points, radius) / (1 if self.space.is_directed else 2)
-        if expected > MOST_EDGES:
-            raise LimitExceeded(f'about {expected:.2g} edges of at most {radius:g} m join {len(points)} nodes, '
-                                f'{MOST_EDGES} are allowed: the radius is too great')
+        # A radius that was estimated from these nodes gives them as many neighbours as were asked for.
+        neighbours = (self.options.neighbor_count if first == 0 and self.options.connection_radius is None
+                      else _mean_neighbours(self.space, points, radius))
+        if neighbours * len(points) > 2 * MOST_EDGES:
+            raise LimitExceeded(f'{len(points)} nodes would have about {neighbours:.0f} neighbours each within '
+                                f'{radius:g} m: {MOST_EDGES} edges are allowed')
         # A little more than the radius, so that rounding in the search leaves no edge out: the length decides.
         pairs = neighbour_pairs(
             self.space.coordinates(points), radius * (1 + 1e-9), self.options.neighbor_search,

@@ -6,6 +6,8 @@ the answer is there. None of the functions holds the GIL.
 import numpy as np
 from numba import b1, f8, i4, i8, njit, types, u1
 
+from mobile_planning.sampling.edge_kernels import PLANE, POINTS, point_is_free, straight_is_free
+
 EDGES = types.Array(i8, 2, 'C', readonly=True)
 LENGTHS = types.Array(f8, 1, 'C', readonly=True)
 OFFSETS = types.Array(i8, 1, 'C', readonly=True)
@@ -73,19 +75,19 @@ def drop_first(keys, arcs, count):
     return last
 
 
-GRAPH = types.Tuple((OFFSETS, INDICES, INDICES, INDICES, LENGTHS, u1[::1], u1[::1]))
-ENDS = types.Tuple((INDICES, INDICES, LENGTHS, u1[::1], INDICES, LENGTHS))
+GRAPH = types.Tuple((OFFSETS, INDICES, INDICES, INDICES, LENGTHS, u1[::1], u1[::1], POINTS, PLANE))
+ENDS = types.Tuple((INDICES, INDICES, LENGTHS, u1[::1], INDICES, LENGTHS, POINTS))
 SEARCH = types.Tuple((f8[::1], i4[::1], b1[::1], i4[::1], f8[::1], i4[::1], i8[::1]))
 
 
 @njit(types.Tuple((i8, i8, f8, u1))(GRAPH, ENDS, i8), nogil=True, cache=True)
 def arc_of(graph, ends, arc):
     """Return tail, head, length and what is known of an arc, of the roadmap or of the query's ends."""
-    _, tails, heads, numbers, lengths, edge_states, _ = graph
+    _, tails, heads, numbers, lengths, edge_states, _, _, _ = graph
     if arc < len(tails):
         edge = numbers[arc]
         return tails[arc], heads[arc], lengths[edge], edge_states[edge]
-    end_tails, end_heads, end_lengths, end_states, _, _ = ends
+    end_tails, end_heads, end_lengths, end_states, _, _, _ = ends
     end = arc - len(tails)
     return end_tails[end], end_heads[end], end_lengths[end], end_states[end]
 
@@ -93,8 +95,8 @@ def arc_of(graph, ends, arc):
 @njit(i8(GRAPH, ENDS, SEARCH, i8, i8), nogil=True, cache=True)
 def expand(graph, ends, search, node, count):
     """Put the arcs out of a node into the heap and return its new count; a known way is taken at once."""
-    begins, tails, heads, numbers, lengths, edge_states, node_states = graph
-    _, _, _, _, to_goal, estimates = ends
+    begins, tails, heads, numbers, lengths, edge_states, node_states, _, _ = graph
+    _, _, _, _, to_goal, estimates, _ = ends
     costs, parents, closed, _, keys, arcs, _ = search
     nodes = len(node_states)
     for arc in range(begins[node], begins[node + 1]):
@@ -112,6 +114,46 @@ def expand(graph, ends, search, node, count):
         if state != BLOCKED and costs[node] + length < costs[nodes + 1]:
             count = push(keys, arcs, count, costs[node] + length, len(tails) + to_goal[node])
     return count
+
+
+@njit(types.UniTuple(f8, 2)(GRAPH, ENDS, i8), nogil=True, cache=True)
+def place_of(graph, ends, node):
+    """Return the first two coordinates of a node, the start or the goal."""
+    points, ends_at = graph[7], ends[6]
+    if node < len(points):
+        return points[node, 0], points[node, 1]
+    return ends_at[node - len(points), 0], ends_at[node - len(points), 1]
+
+
+@njit(u1(GRAPH, ENDS, i8, i8), nogil=True, cache=True)
+def state_in_plane(graph, ends, tail, head):
+    """Return whether the line from a node that is free to another is FREE or BLOCKED; what is learnt of nodes is kept.
+
+    A line counts as free from the lower node to the higher, whichever way it is gone.
+    """
+    node_states, plane = graph[6], graph[8]
+    x0, y0 = place_of(graph, ends, tail)
+    x1, y1 = place_of(graph, ends, head)
+    if head < len(node_states) and node_states[head] == UNKNOWN:
+        node_states[head] = FREE if point_is_free(plane, x1, y1) else BLOCKED
+        if node_states[head] == BLOCKED:
+            return BLOCKED
+    if head < tail < len(node_states):
+        x0, y0, x1, y1 = x1, y1, x0, y0
+    return FREE if straight_is_free(plane, x0, y0, x1, y1) else BLOCKED
+
+
+@njit(b1(GRAPH, ENDS, i8, i8, i8), nogil=True, cache=True)
+def is_found_out(graph, ends, arc, tail, head):
+    """Return whether the search can check an arc by itself, and remember what it finds."""
+    if graph[8][0][0].size == 0:
+        return False
+    state = state_in_plane(graph, ends, tail, head)
+    if arc < len(graph[1]):
+        graph[5][graph[3][arc]] = state
+    else:
+        ends[3][arc - len(graph[1])] = state
+    return True
 
 
 @njit(i8(GRAPH, ENDS, SEARCH, i8, i4[::1]), nogil=True, cache=True)
@@ -145,13 +187,15 @@ def advance(graph, ends, search, wanted, most, stop):
     Parameters
     ----------
     graph : tuple of ndarray
-        Begins, tails, heads and edges of the arcs; lengths and states of the edges; states of the nodes.
+        Begins, tails, heads and edges of the arcs; lengths and states of the edges; states and places of the nodes;
+        the plane, without cells if the space is another one.
     ends : tuple of ndarray
         Tails, heads, lengths and states of the arcs that belong to the query alone; which of them leads from each node
-        to the goal, -1 for none; the estimate of each node. The start is node n, the goal n + 1.
+        to the goal, -1 for none; the estimate of each node; the places of both ends. The start is node n, the goal
+        n + 1.
     search : tuple of ndarray
         Cost and parent arc of each node, whether it is closed, and in which batch an arc to it was asked for; keys and
-        arcs of the heap; counts of entries, expansions and batches.
+        arcs of the heap; counts of entries, expansions, batches and edges checked here.
     wanted : (k,) ndarray of int32
     most : int
         Expansions of this turn.
@@ -167,17 +211,20 @@ def advance(graph, ends, search, wanted, most, stop):
                 head < goal - 1 and graph[6][head] == BLOCKED):
             count = drop_first(keys, arcs, count)
             continue
-        if state == UNKNOWN:
-            if cost == costs[head]:
-                count = drop_first(keys, arcs, count)
-                continue
-            outcome = unknown_arcs(graph, ends, search, count, wanted)
-            break
         if expansions >= most:
             outcome = PAUSED
             break
         if stop[0]:
             outcome = STOPPED
+            break
+        if state == UNKNOWN:
+            if cost == costs[head]:
+                count = drop_first(keys, arcs, count)
+                continue
+            if is_found_out(graph, ends, arcs[0], tail, head):
+                counts[3] += 1
+                continue
+            outcome = unknown_arcs(graph, ends, search, count, wanted)
             break
         arc = arcs[0]
         count = drop_first(keys, arcs, count)

@@ -1,4 +1,4 @@
-"""The shortest path between two points over a roadmap, whose nodes and edges are checked as the search comes to them."""
+"""The shortest path between two points over a roadmap that is checked as far as the search comes."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,8 +20,7 @@ _TURN = 20_000
 class RoadmapSearch:
     """One start and one goal beside a roadmap, joined to it by edges of their own.
 
-    Both are joined to every node within the roadmap's radius, and at least to the nearest ``neighbors`` of them, and to
-    each other.
+    Both are joined to every node within the roadmap's radius, and to each other however far that is.
 
     Parameters
     ----------
@@ -30,7 +29,6 @@ class RoadmapSearch:
         Only what is known of its nodes and edges changes.
     start, goal : (d,) ndarray
         Free points.
-    neighbors : int
     flag : StopFlag
     watch : Stopwatch
 
@@ -42,7 +40,7 @@ class RoadmapSearch:
     """
 
     def __init__(self, space: Space, roadmap: Roadmap, start: NDArray[np.float64], goal: NDArray[np.float64],
-                 neighbors: int, flag: StopFlag, watch: Stopwatch):
+                 flag: StopFlag, watch: Stopwatch):
         from mobile_planning.sampling.roadmap_kernels import UNKNOWN
 
         self._space, self._roadmap, self._flag, self._watch = space, roadmap, flag, watch
@@ -51,7 +49,7 @@ class RoadmapSearch:
         there = space.lengths(start[None], roadmap.points)
         # What is still to go is the estimate of every node too.
         self._to_goal = space.lengths(roadmap.points, goal[None])
-        first, last = (_nearest(lengths, roadmap.radius, neighbors) for lengths in (there, self._to_goal))
+        first, last = (np.flatnonzero(lengths <= roadmap.radius) for lengths in (there, self._to_goal))
         direct = space.lengths(start[None], goal[None])
         self._tails = np.concatenate([np.full(len(first), count), last, [count]]).astype(np.int32)
         self._heads = np.concatenate([first, np.full(len(last), count + 1), [count + 1]]).astype(np.int32)
@@ -60,7 +58,7 @@ class RoadmapSearch:
         self._goal_arcs = np.full(count + 2, -1, np.int32)
         self._goal_arcs[last] = len(first) + np.arange(len(last))
         self._goal_arcs[count] = len(self._tails) - 1
-        self._estimate_at_start = direct[0]
+        self._estimate_at_start, self._closed = direct[0], np.zeros(count + 2, bool)
 
     def path(self, strategy: ShortestPathSearchStrategy, a_star_timeout: float, is_over: Callable[[], bool]
              ) -> tuple[NDArray[np.float64], float] | None:
@@ -92,17 +90,29 @@ class RoadmapSearch:
             raise Cancelled('the stop criterion ended the query')
         return self._traced(search) if outcome == FOUND else None
 
+    def barriers(self) -> NDArray[np.float64]:
+        """Return the middles (k, d) of the edges that are not free and lead out of what the last search has reached.
+
+        Once no path was found, all edges that lead out of it are of this kind, whatever was known before.
+        """
+        roadmap = self._roadmap
+        tails, heads = self._closed[roadmap.edges.T]
+        edges = roadmap.edges[tails > heads if roadmap.is_directed else tails != heads]
+        return self._space.interpolate(*roadmap.points[edges.T], np.full(len(edges), 0.5))
+
     def _turns(self, estimates, is_over):
-        """Search until a path is found or none is left; return the search and its outcome, None if it is over before."""
+        """Search until a path is found or none is left; return the search and how it ended, None if it is over."""
         from mobile_planning.sampling.roadmap_kernels import PAUSED, STOPPED, advance
 
         roadmap, count = self._roadmap, len(self._roadmap.points)
-        graph = (*roadmap.arcs, roadmap.lengths, roadmap.edge_states, roadmap.node_states)
-        ends = (self._tails, self._heads, self._lengths, self._states, self._goal_arcs, estimates)
+        graph = (*roadmap.arcs, roadmap.lengths, roadmap.edge_states, roadmap.node_states, roadmap.points,
+                 self._space.plane)
+        ends = (self._tails, self._heads, self._lengths, self._states, self._goal_arcs, estimates, self._ends_at)
         room = len(roadmap.arcs[1]) + len(self._tails)
         search = (np.full(count + 2, np.inf), np.full(count + 2, -1, np.int32), np.zeros(count + 2, bool),
-                  np.zeros(count + 2, np.int32), np.empty(room), np.empty(room, np.int32), np.zeros(3, np.int64))
+                  np.zeros(count + 2, np.int32), np.empty(room), np.empty(room, np.int32), np.zeros(4, np.int64))
         self._begin(search, estimates)
+        self._closed = search[2]
         wanted = np.empty(self._space.lookahead, np.int32)
         while not is_over():
             with self._watch.part('search'):
@@ -114,10 +124,12 @@ class RoadmapSearch:
                 with self._watch.part('collision'):
                     self._check(wanted[:outcome])
             elif outcome != PAUSED:
-                self.expansions += int(search[-1][1])
-                return search, outcome
-        self.expansions += int(search[-1][1])
-        return search, None
+                break
+        else:
+            outcome = None
+        _, expansions, _, seen = search[-1].tolist()
+        self.expansions, self.checks = self.expansions + expansions, self.checks + seen
+        return search, outcome
 
     def _begin(self, search, estimates):
         """Put the arcs out of the start into the heap; a sorted list is one."""
@@ -194,11 +206,3 @@ class RoadmapSearch:
             node = int(tails[arc] if arc < len(tails) else self._tails[arc - len(tails)])
         between = np.array(nodes[:0:-1], np.int64)
         return np.concatenate([self._ends_at[:1], places[between], self._ends_at[1:]]), float(costs[-1])
-
-
-def _nearest(lengths, radius, neighbors):
-    """Return which lengths are within the radius, or the shortest if those are too few."""
-    near = np.flatnonzero(lengths <= radius)
-    if len(near) >= min(neighbors, len(lengths)):
-        return near
-    return np.argpartition(lengths, neighbors - 1)[:neighbors] if neighbors < len(lengths) else np.arange(len(lengths))

@@ -124,13 +124,14 @@ def around(space: Space, random: np.random.Generator, centres: NDArray[np.float6
     Parameters
     ----------
     each : int
-        Points drawn for each centre; what is outside the bounds is moved to them.
+        Points drawn for each centre; those outside the bounds are left out. (Moved onto the bounds, as RobWork has it,
+        they would touch there whatever stands against them, and slip by.)
     """
     extent = space.high - space.low
     share = radius / float(space.lengths(space.low[None], space.high[None])[0])
     points = np.repeat(centres, each, axis=0)
-    points = np.clip(points + random.normal(size=points.shape) * share * extent, space.low, space.high)
-    return points[space.free(points)]
+    points = points + random.normal(size=points.shape) * share * extent
+    return points[_free(space, points)]
 
 
 def _pairs(space, random, count):

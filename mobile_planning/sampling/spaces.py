@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
+from mobile_planning.world.environment import Environment
 
 # Points that one call of a collision function is given at most.
 _CHUNK = 1 << 14
+NO_PLANE = ((np.empty((0, 0)), 0.0, 0.0, 0.0, 0.0), Environment().space())
 
 
 class Space(Protocol):
@@ -28,6 +30,9 @@ class Space(Protocol):
     lookahead : int
         Edges that a lazy search has checked at once: 1 where a check is dear, more where the call costs more than the
         check.
+    plane : tuple
+        Of straight lines in the plane: what `PlaneSpace` knows of it, so that a search checks its edges by itself.
+        `NO_PLANE` in any other space.
     kind : str
         Names the space and what its lengths depend on; a saved roadmap is loaded into the same kind only.
     """
@@ -36,6 +41,7 @@ class Space(Protocol):
     high: NDArray[np.float64]
     is_directed: bool
     lookahead: int
+    plane: tuple
     kind: str
 
     def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -73,7 +79,7 @@ class JointSpace:
     resolution : float [m]
         A straight way counts as free when points of it are that are at most this far apart in the metric.
     lookahead : int
-        Edges that a lazy search checks at once.
+        Edges that a lazy search checks at once; between them it looks at the clock.
 
     Raises
     ------
@@ -88,6 +94,7 @@ class JointSpace:
     """
 
     is_directed = False
+    plane = NO_PLANE
 
     def __init__(self, low: ArrayLike, high: ArrayLike, free: Callable[[NDArray[np.float64]], ArrayLike], *,
                  weights: ArrayLike | None = None, resolution: float = 0.05, lookahead: int = 8):
@@ -95,7 +102,7 @@ class JointSpace:
         if self.low.shape != self.high.shape or not len(self.low):
             raise InvalidInput(f'{len(self.low)} lower and {len(self.high)} upper bounds of joints')
         if not (np.isfinite([self.low, self.high]).all() and (self.low < self.high).all()):
-            raise InvalidInput(f'the bounds {self.low.tolist()} to {self.high.tolist()} are not finite or not ascending')
+            raise InvalidInput(f'the bounds {self.low.tolist()} to {self.high.tolist()} are not finite and ascending')
         self.weights = np.ones(len(self.low)) if weights is None else np.array(weights, dtype=float).reshape(-1)
         if self.weights.shape != self.low.shape or not (np.isfinite(self.weights).all() and (self.weights > 0).all()):
             raise InvalidInput(f'the weights {self.weights.tolist()} are not {len(self.low)} finite numbers above 0')
@@ -240,6 +247,8 @@ class ConstrainedSpace:
     resolution : float [m]
         How far apart the points of a way are at which it is asked.
     """
+
+    plane = NO_PLANE
 
     def __init__(self, space: Space, constraint: Callable[[NDArray[np.float64]], ArrayLike], resolution: float):
         self._space, self._constraint, self._resolution = space, constraint, resolution

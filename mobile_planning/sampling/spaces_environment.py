@@ -8,6 +8,7 @@ from mobile_planning.errors import InvalidInput
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.curve import radius_of
 from mobile_planning.sampling.dubins import dubins_lengths
+from mobile_planning.sampling.spaces import NO_PLANE
 from mobile_planning.world.environment import Environment
 
 # How deep an edge may lie in an obstacle: rounding, no more [m].
@@ -46,8 +47,8 @@ class PlaneSpace:
             raise InvalidInput('a robot with an outline has a heading: give the planner its turning_radius')
         x_min, y_min, x_max, y_max = _fixed_bounds(environment)
         self.low, self.high = np.array([x_min, y_min]), np.array([x_max, y_max])
-        self._obstacles = environment.space(_TOUCH)
-        self._rooms = _rooms(self._obstacles, self.low, self.high)
+        obstacles = environment.space(_TOUCH)
+        self.plane = _rooms(obstacles, self.low, self.high), obstacles
 
     def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the points."""
@@ -66,7 +67,7 @@ class PlaneSpace:
         from mobile_planning.sampling.edge_kernels import write_points_free
 
         is_free = np.empty(len(points), bool)
-        write_points_free(self._obstacles, self._rooms, np.ascontiguousarray(points), is_free)
+        write_points_free(self.plane, np.ascontiguousarray(points), is_free)
         return is_free
 
     def edges_free(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -74,8 +75,7 @@ class PlaneSpace:
         from mobile_planning.sampling.edge_kernels import write_lines_free
 
         is_free = np.empty(len(starts), bool)
-        write_lines_free(self._obstacles, self._rooms, np.ascontiguousarray(starts), np.ascontiguousarray(ends),
-                         is_free)
+        write_lines_free(self.plane, np.ascontiguousarray(starts), np.ascontiguousarray(ends), is_free)
         return is_free
 
     def interpolate(self, starts: NDArray[np.float64], ends: NDArray[np.float64],
@@ -101,6 +101,7 @@ class DubinsSpace:
 
     is_directed = True
     lookahead = 64
+    plane = NO_PLANE
 
     def __init__(self, environment: Environment, turning_radius: float):
         x_min, y_min, x_max, y_max = _fixed_bounds(environment)
