@@ -33,6 +33,7 @@ setup(
         'console_scripts': [
             'map_server = mobile_planning.nodes.executables:map_server',
             'grid_planner = mobile_planning.nodes.executables:grid_planner',
+            'sampling_planner = mobile_planning.nodes.executables:sampling_planner',
             'robot = mobile_planning.nodes.executables:robot',
             'world_sim = mobile_planning.nodes.executables:world_sim',
             'plan_path = mobile_planning.nodes.executables:plan_path',

@@ -17,6 +17,7 @@ def _door(module: str, name: str):
 
 map_server = _door('map_server', 'MapServer')
 grid_planner = _door('grid_planner', 'GridPlanner')
+sampling_planner = _door('sampling_planner', 'SamplingPlanner')
 robot = _door('robots', 'make_robots')
 world_sim = _door('world_sim', 'WorldSimNode')
 

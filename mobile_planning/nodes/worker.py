@@ -85,7 +85,11 @@ class Worker:
         PlanningTimeout
             If it had not returned by then.
         """
-        future, done = self.submit(function, *args), threading.Event()
+        return await self.wait(self.submit(function, *args), until)
+
+    async def wait(self, future: Future, until: float | None = None) -> Any:
+        """Return the result of a function that was submitted, or raise what it raises; see `run`."""
+        done = threading.Event()
         future.add_done_callback(lambda _: done.set())
         # Most results are there at once, and to go round the executor for them takes longer than they do.
         done.wait(PATIENCE)
