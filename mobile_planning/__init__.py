@@ -39,7 +39,6 @@ _HOMES = {
     'sampling.problem': ('Problem', 'load_problem'),
     'sampling.prm': ('PRMPlanner',),
     'sampling.spaces': ('JointSpace', 'joint_weights'),
-    'sampling.plan_result': ('PlanResult', 'Status'),
     'path_server': ('PathServer',),
     'fleet.kinematics': ('UnicycleKineModel',),
     'fleet.message': ('RobotMsg',),

@@ -14,10 +14,11 @@ def kernel_modules():
     return sorted(module.name for module in modules if module.name.endswith('_kernels'))
 
 
-def warm_up():
-    """Import every module of kernels; each kernel names its types, so that this compiles it."""
+def warm_up(*areas):
+    """Import the modules of kernels, of all areas if none is named; each kernel names its types, which compiles it."""
     for name in kernel_modules():
-        import_module(name)
+        if not areas or name.split('.')[1] in areas:
+            import_module(name)
 
 
 if __name__ == '__main__':

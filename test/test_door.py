@@ -16,6 +16,7 @@ STOREY = {
     'map_masks': 3, 'cost_updates': 3, 'nearest_cell': 3, 'planning_map': 4, 'warm_up': 4, 'recording': 4,
     'outcome': 4, 'grid_routes': 5,
     'path_query': 6, 'path_server': 7, 'simulate': 8, 'nodes': 8,
+    'sampling_options': 4, 'sampling_scene': 4, 'sampling_server': 7,
 }
 
 

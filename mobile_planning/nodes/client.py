@@ -64,7 +64,7 @@ class Client:
         if not self._wait(client.service_is_ready, timeout):
             raise PlanningError(
                 f'no service {client.service_name} came within {timeout:g} s in ROS_DOMAIN_ID '
-                f'{os.environ.get("ROS_DOMAIN_ID") or 0}: start the node (grid_planner), or name another with --node')
+                f'{os.environ.get("ROS_DOMAIN_ID") or 0}: start the node {name}, or name another with --node')
         end = time.monotonic() + timeout
         while True:
             future = client.call_async(request)

@@ -17,6 +17,7 @@ from mobile_planning.nodes.client import Client
 from mobile_planning.nodes.convert import duration_message, path_poses, pose_stamped, seconds
 from mobile_planning.nodes.progress_bar import ProgressBar
 from mobile_planning.nodes.spin import StopSignals, start_ros, without_ros
+from mobile_planning.sampling_options import PLANNERS as SAMPLING_PLANNERS
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
@@ -43,7 +44,8 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
                         help='an occupied goal may be replaced by a free cell this near [m]')
     parser.add_argument('--seed', type=int, default=0, help='of planners that draw at random')
     parser.add_argument('--frame', default='map', help='frame of start and goal (map)')
-    parser.add_argument('--node', default='grid_planner', help='name of the planner node (grid_planner)')
+    parser.add_argument('--node', help='name of the planner node (sampling_planner for a planner of its own: '
+                        f'{", ".join(SAMPLING_PLANNERS)}; else grid_planner)')
     parser.add_argument('--timeout', type=float, default=10.0, metavar='S',
                         help='how long to wait for the node, and for its answer beyond the deadline [s] (10)')
     parser.add_argument('--plot', metavar='FILE', help='draw the path on the map into this file, e.g. path.png')
@@ -51,6 +53,7 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
                         help='draw a bar on stderr if planning takes long, also where that is no terminal')
     parser.add_argument('--map', default='map', help='topic of the map to draw on (map)')
     options = parser.parse_args(args)
+    options.node = options.node or ('sampling_planner' if options.planner in SAMPLING_PLANNERS else 'grid_planner')
     for name in ('start', 'goal'):
         if len(getattr(options, name)) not in (2, 3):
             parser.error(f'argument --{name}: x y or x y theta, not {len(getattr(options, name))} numbers')

@@ -50,7 +50,7 @@ class SamplingPlanner(ManagedNode):
 
     def configure(self) -> None:
         """Listen to map and obstacles, offer path and tree, and load the compiled planners."""
-        self._worker.submit(warm_up)
+        self._worker.submit(warm_up, 'world', 'sampling')
         self._paths = PathPublisher(self, self.guard)
         self._trees = self.create_lifecycle_publisher(MarkerArray, '~/tree', qos.PATH)
         for kind, topic, hear in ((OccupancyGridMessage, self.options.map_topic, self._on_map),

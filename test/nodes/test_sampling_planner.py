@@ -1,4 +1,5 @@
 """The sampling planner, in process: the action, the services, and what comes by topic."""
+import signal
 import time
 
 import numpy as np
@@ -18,6 +19,7 @@ from mobile_planning.errors import InvalidInput, LimitExceeded, NotBuilt, Unknow
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import header, map_message, path_poses, pose_stamped
 from mobile_planning.nodes.convert_obstacles import MOST_OBSTACLES, graph_markers, obstacles
+from mobile_planning.nodes.plan_path import parse
 from mobile_planning.nodes.sampling_planner import SamplingPlanner
 from mobile_planning.world.environment import Environment
 from mobile_planning.world.obstacles import RoundObstacle
@@ -101,7 +103,7 @@ def test_what_cannot_be_answered_has_a_code_and_a_sentence(ros, planner, fields,
 
 def test_without_a_map_there_is_no_path(ros):
     ros.add(SamplingPlanner)
-    assert ask(ros).error_code == PlanPath.Response.NO_MAP
+    assert ask(ros, deadline=Duration(sec=25)).error_code == PlanPath.Response.NO_MAP
 
 
 def test_the_answer_comes_by_the_deadline_when_there_is_none(ros, planner):
@@ -224,6 +226,21 @@ def test_the_tree_is_published_when_it_is_asked_for(ros, planner):
     ros.until(lambda: trees)
     marker = trees[0].markers[0]
     assert len(marker.points) > 100 and marker.header.frame_id == 'map'
+
+
+def test_the_executable_starts_answers_and_stops_on_a_signal(ros, start):
+    process = start('sampling_planner')
+    assert ask(ros, deadline=Duration(sec=25)).error_code == PlanPath.Response.NO_MAP
+    process.signal(signal.SIGTERM)
+    code, _, err = process.result()
+    assert code == 0 and 'Traceback' not in err
+
+
+@pytest.mark.parametrize('arguments, node', [
+    (['--planner', 'prm'], 'sampling_planner'), (['--planner', 'rrt_star'], 'sampling_planner'),
+    (['--planner', 'dstar'], 'grid_planner'), ([], 'grid_planner'), (['--planner', 'rrt', '--node', 'mine'], 'mine')])
+def test_the_client_asks_the_node_that_has_the_planner(arguments, node):
+    assert parse(['--start', '0', '0', '--goal', '1', '1', *arguments]).node == node
 
 
 @pytest.mark.parametrize('fields, error', [
