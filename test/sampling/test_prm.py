@@ -1,4 +1,7 @@
 """Roadmaps: what every query promises, against scipy's Dijkstra on the roadmap that is valid, and against shapely."""
+import os
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -321,6 +324,18 @@ def test_the_same_seed_makes_the_same_roadmap_and_leaves_numpy_alone(strategy):
     assert content(planners[0]) == content(planners[1])
     assert results[0].cost == results[1].cost and np.array_equal(results[0].path, results[1].path)
     assert np.array_equal(np.random.get_state()[1], state)
+
+
+def test_another_process_finds_the_same_path_to_the_last_bit():
+    code = ('from mobile_planning import Boundary, Environment, PRMPlanner, RoundObstacle\n'
+            'planner = PRMPlanner(Environment(Boundary((0, 10), (0, 10)), [RoundObstacle((5, 5), 2)]))\n'
+            'planner.build_roadmap(500, seed=7)\n'
+            'print(planner.query((1, 1), (9, 9)).path.tobytes().hex())')
+    told = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=300,
+                          env={**os.environ, 'PYTHONHASHSEED': '7'}, cwd=PROBLEMS.parents[2])
+    planner = PRMPlanner(OPEN)
+    planner.build_roadmap(500, seed=7)
+    assert told.stdout.strip() == planner.query((1, 1), (9, 9)).path.tobytes().hex(), told.stderr
 
 
 def test_a_seed_that_was_drawn_is_told_and_makes_the_same_roadmap_again():
