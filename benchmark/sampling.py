@@ -1,7 +1,8 @@
 """Sampling planners side by side on the problems of test/data/sampling.
 
-For each problem and planner: how many runs were solved, thread time to the first path (median), cost over the best known
-after 0.5, 2 and 5 s (median; of others after 2 s), and how many paths are free at 0.02 m on the exact shapes.
+For each problem and planner: how many runs were solved, thread time to the first path (median), cost over the best
+known after 0.5, 2 and 5 s (median; of others of the path that they end with), and how many paths are free at 0.02 m
+on the exact shapes. RRT* of OMPL does not stop at its first path: its time is all of its 2 s.
 
     python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--without-peers] [--pictures FOLDER]
 

@@ -1,4 +1,4 @@
-"""Other sampling planners on our problems: the OMPL wheel, and two published Python planners restated from what they do.
+"""Other sampling planners on our problems: the OMPL wheel, and two published Python planners restated.
 
 All of them ask whether points are free of a raster of 0.1 m, which is their fastest way: a look-up.
 """
@@ -174,7 +174,7 @@ class Ompl:
         from ompl import util
 
         util.setLogLevel(util.LogLevel.LOG_ERROR)
-        self._base, self._problem = base, problem
+        self._problem = problem
         car = problem.kind == 'dubins'
         self.space = base.DubinsStateSpace(problem.turning_radius) if car else base.RealVectorStateSpace(2)
         bounds = base.RealVectorBounds(2)
@@ -199,7 +199,7 @@ class Ompl:
         """Return (time, cost, points) of the planner class ``kind`` after at most ``limit`` seconds."""
         from ompl import geometric
 
-        base, raster = self._base, self._raster
+        raster = self._raster
         setup = geometric.SimpleSetup(self.space)
         if self._is_car:
             setup.setStateValidityChecker(lambda state: raster.is_free(state.getX(), state.getY()))

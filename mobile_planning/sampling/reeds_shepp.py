@@ -62,8 +62,8 @@ def reeds_shepp_options(start: ArrayLike, goal: ArrayLike, radius: float) -> lis
 
     Examples
     --------
-    >>> [path.word for path in reeds_shepp_options((0, 0, 0), (0, 4, 0), radius=1)][:2]
-    ['LRL', 'RLR']
+    >>> [(path.word, round(path.length, 3)) for path in reeds_shepp_options((0, 0, 0), (4, 0, 0), radius=1)][:2]
+    [('S', 4.0), ('LRLR', 4.429)]
     """
     from mobile_planning.sampling.reeds_shepp_kernels import FORMULAS, miss, solve_word, total, wrapped
 

@@ -325,7 +325,7 @@ class RRT(RRTMoves):
         options, bounds = self.options, self.environment.bounds
         extension = options.max_extension
         if extension is None:
-            extension = 6 * options.radius if options.radius > 0 else 0.1 * max(
+            extension = 4 * options.radius if options.radius > 0 else 0.1 * max(
                 bounds[2] - bounds[0], bounds[3] - bounds[1])
         return Task(goal, np.array(self.precision), float(options.radius), float(extension), float(options.speed),
                     self._begin, self.goal_rate, options.nb_options, metric != 'local')

@@ -1,12 +1,13 @@
 """Growing a rapidly exploring random tree until it reaches the goal.
 
 LaValle (1998), Rapidly-exploring random trees; with several nodes tried for a sample, the first free way is taken.
+Each new node tries the whole way to the goal at once.
 """
 import numpy as np
 from numba import b1, f8, i8, njit, types, u1, void
 
 from mobile_planning.sampling.random_kernels import STATE, uniform
-from mobile_planning.sampling.steering_kernels import cut, first_heading, way_end, way_is_free
+from mobile_planning.sampling.steering_kernels import cut, first_heading, steer, way_end, way_is_free
 from mobile_planning.sampling.task import Task
 from mobile_planning.sampling.tree_kernels import COUNT, IDS, ROWS, SAME, TREE, find_nearest, find_same, insert
 from mobile_planning.world.collision_kernels import is_free
@@ -71,6 +72,19 @@ def extend(space, tree, task, sample, ids, ways):
     return -1
 
 
+@njit(i8(SPACE, TREE, TASK, i8), nogil=True, cache=True, _nrt=False)
+def go_for_goal(space, tree, task, node):
+    """Join the goal itself to a node if the whole way there is free; return the node there, -1 if it is not."""
+    x, y, heading = tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2]
+    length, word, a, b, c = steer(x, y, heading, task.goal[0], task.goal[1], task.goal[2], task.radius)
+    heading = first_heading(word, x, y, heading, task.goal[0], task.goal[1])
+    t = task.begin + tree.costs[node] / task.speed
+    if not way_is_free(space, x, y, heading, word, a, b, c, task.radius, t, task.speed):
+        return -1
+    return insert(tree, task.goal[0], task.goal[1], wrapped(task.goal[2]), node, tree.costs[node] + (a + b + c), word,
+                  a, b, c)
+
+
 @njit(types.UniTuple(i8, 3)(SPACE, TREE, TASK, STATE, i8, STOP), nogil=True, cache=True)
 def grow(space, tree, task, random, iterations, stop):
     """Grow the tree until a node lies in the goal zone; return why it ended, that node or -1, and the iterations made.
@@ -83,7 +97,7 @@ def grow(space, tree, task, random, iterations, stop):
     for iteration in range(iterations):
         if stop[0]:
             return STOPPED, -1, iteration
-        if tree.sizes[COUNT] == len(tree.poses):
+        if tree.sizes[COUNT] + 1 >= len(tree.poses):
             return FULL, -1, iteration
         draw_sample(task, tree.box, random, sample)
         if is_static and not is_free(space, sample[0], sample[1], sample[2], 0.0):
@@ -91,4 +105,8 @@ def grow(space, tree, task, random, iterations, stop):
         node = extend(space, tree, task, sample, ids, ways)
         if node >= 0 and in_goal(task, tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2]):
             return REACHED, node, iteration + 1
+        if node >= 0 and task.goal_rate > 0.0:
+            node = go_for_goal(space, tree, task, node)
+            if node >= 0:
+                return REACHED, node, iteration + 1
     return EXHAUSTED, -1, iterations

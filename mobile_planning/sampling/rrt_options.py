@@ -20,7 +20,7 @@ class RRTOptions:
     nb_options : int
         How many nodes are tried for a sample; the first free way is taken.
     max_extension : float [m], optional
-        A longer way is cut there; infinite goes all the way to each sample. By default 6 radii, or a tenth of the
+        A longer way is cut there; infinite goes all the way to each sample. By default 4 radii, or a tenth of the
         world's extent for a robot that turns on the spot.
     scouts : bool
         Whether, beside the tree that is improved, fresh ones look for entirely different ways.

@@ -114,7 +114,7 @@ def driven(start, turn, length, radius, places):
     return np.column_stack([x, y, heading])
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(SEEDS, ROBOTS, st.booleans(), st.booleans())
 def test_a_motion_is_free_exactly_if_every_pose_on_it_is(seed, footprint, moves, cells):
     from mobile_planning.world.motion_kernels import segment_is_free
