@@ -21,8 +21,8 @@ from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.odometry import MapOdometry
 from mobile_planning.nodes.robot_options import RobotOptions
 
-#: A simulated base stops when it has had no command for so long [s].
-_WATCHDOG = 0.5
+#: A process that was stopped for so long [s] has missed commands.
+_STOPPED = 0.5
 
 
 class Body:
@@ -110,8 +110,12 @@ class Body:
         if self._base is None:
             self._commands.publish(command_message(pilot.command(now, period), now, self._child))
             return
-        # The command of the last tick has held until now, unless the watchdog of the base has ended it.
-        self._base.drive(self._command, min(elapsed, _WATCHDOG))
+        if elapsed <= _STOPPED:
+            self._base.drive(self._command, elapsed)
+        else:
+            # As by the logbook: whatever stops the process, a simulated body ends its plan.
+            state = pilot.reference(now)
+            self._base.pose, self._base.speeds = state[:3], state[3:]
         pilot.localise(self._base.measured(), now, 3 * self._options.base_noise)
         self._command = pilot.command(now, period)
         if now >= self._odometry_due or now < self._odometry_due - 10.0:

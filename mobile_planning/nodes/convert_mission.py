@@ -1,4 +1,4 @@
-"""Missions, solutions, reports, certificates of death and obstacles: messages to core objects and back."""
+"""Missions, solutions, reports, certificates of death and what robots know of obstacles: messages to core and back."""
 from __future__ import annotations
 
 from array import array
@@ -15,9 +15,9 @@ from mobile_planning.fleet.announcement import Announcement
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.message import MAX_LINKS, Death
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.nodes import wire
+from mobile_planning.nodes import convert_obstacles, wire
 from mobile_planning.nodes.convert import header, seconds
-from mobile_planning.world.obstacles import Obstacle, PolygonObstacle, RoundObstacle
+from mobile_planning.world.obstacles import Obstacle
 
 if TYPE_CHECKING:
     from mobile_planning.fleet.verification import Report
@@ -130,37 +130,23 @@ def deaths(message: Deaths, frame: str) -> list[Death]:
                                                               message.radius, message.issued)]
 
 
-def obstacles_message(obstacles: Iterable[Obstacle], time: float, frame: str) -> ObstacleArray:
-    """Return the message of discs and polygons."""
-    obstacles = list(obstacles)
-    discs = [each for each in obstacles if isinstance(each, RoundObstacle)]
-    polygons = [each.vertices for each in obstacles if isinstance(each, PolygonObstacle)]
-    return ObstacleArray(
-        header=header(frame, wire.stamp(time)), discs=wire.floats([(*disc.centroid, disc.radius) for disc in discs]),
-        corners=array('H', map(len, polygons)), polygons=wire.floats(np.concatenate([np.empty((0, 2)), *polygons])))
-
-
 def obstacles(message: ObstacleArray, frame: str) -> tuple[Obstacle, ...]:
     """Return the obstacles in a message.
 
     Raises
     ------
     InvalidInput
-        The arrays do not fit each other, or an obstacle is none.
+        The arrays do not fit each other, an obstacle is none, or moves.
     LimitExceeded
         They are too many.
     UnknownFrame
         The message is not in ``frame``.
     """
-    wire.check_head(message, frame)
-    sizes = np.array(message.corners, np.int64)
-    if len(message.discs) % 3 or len(message.polygons) != 2 * sizes.sum():
-        raise InvalidInput(f'ObstacleArray has {len(message.discs)} numbers for its discs, 3 each, and '
-                           f'{len(message.polygons)} for {sizes.sum()} corners, 2 each')
-    count = len(message.discs) // 3 + len(sizes)
-    if count > MAX_OBSTACLES or sizes.sum() > MAX_CORNERS:
-        raise LimitExceeded(f'ObstacleArray has {count} obstacles with {sizes.sum()} corners, the limit is '
-                            f'{MAX_OBSTACLES} with {MAX_CORNERS}: what stands for long belongs on the map')
-    corners = np.split(np.array(message.polygons).reshape(-1, 2), np.cumsum(sizes)[:-1]) if len(sizes) else []
-    discs = np.array(message.discs).reshape(-1, 3)
-    return (*(RoundObstacle(disc[:2], float(disc[2])) for disc in discs), *map(PolygonObstacle, corners))
+    found = convert_obstacles.obstacles(message, frame)
+    if found.moving:
+        raise InvalidInput(f'{len(found.moving)} of the obstacles move: robots prove their ways among those that stand')
+    count, corners = len(found.fixed), len(message.polygons) // 2
+    if count > MAX_OBSTACLES or corners > MAX_CORNERS:
+        raise LimitExceeded(f'there are {count} obstacles with {corners} corners, the limit is {MAX_OBSTACLES} with '
+                            f'{MAX_CORNERS}: what stands for long belongs on the map')
+    return found.fixed

@@ -1,6 +1,8 @@
-"""Obstacles beside the map, from messages into the library's objects; and edges of a tree into markers."""
+"""Obstacles beside the map, messages to the library's objects and back; and edges of a tree into markers."""
 from __future__ import annotations
 
+from array import array
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +14,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mobile_planning.errors import InvalidInput, LimitExceeded
+from mobile_planning.nodes import wire
 from mobile_planning.nodes.convert import check_frame, header, seconds
 from mobile_planning.world.moving_obstacle import MovingObstacle
 from mobile_planning.world.obstacles import Obstacle, PolygonObstacle, RoundObstacle
@@ -35,6 +38,16 @@ class Obstacles(NamedTuple):
     fixed: tuple[Obstacle, ...] = ()
     moving: tuple[MovingObstacle, ...] = ()
     since: float = 0.0
+
+
+def obstacles_message(obstacles: Iterable[Obstacle], time: float, frame: str) -> ObstacleArray:
+    """Return the message of discs and polygons."""
+    obstacles = list(obstacles)
+    discs = [each for each in obstacles if isinstance(each, RoundObstacle)]
+    polygons = [each.vertices for each in obstacles if isinstance(each, PolygonObstacle)]
+    return ObstacleArray(
+        header=header(frame, wire.stamp(time)), discs=wire.floats([(*disc.centroid, disc.radius) for disc in discs]),
+        corners=array('H', map(len, polygons)), polygons=wire.floats(np.concatenate([np.empty((0, 2)), *polygons])))
 
 
 def obstacles(message: ObstacleArray, frame: str) -> Obstacles:

@@ -26,6 +26,7 @@ from mobile_planning.nodes import (
     convert_contracts,
     convert_joint_plan,
     convert_mission,
+    convert_obstacles,
     convert_robot,
     convert_views,
     wire,
@@ -124,8 +125,15 @@ coordinates = st.floats(-1e3, 1e3)
        st.integers(0, 3))
 def test_obstacles_arrive_as_they_were(discs, count):
     polygons = [PolygonObstacle([(k, 0), (k + 0.5, 0), (k + 0.5, 1 + k), (k, 1)][:3 + k % 2]) for k in range(count)]
-    received = convert_mission.obstacles(sent(convert_mission.obstacles_message(discs + polygons, 1, 'map')), 'map')
+    received = convert_mission.obstacles(sent(convert_obstacles.obstacles_message(discs + polygons, 1, 'map')), 'map')
     assert list(map(repr, received)) == list(map(repr, discs + polygons))
+
+
+def test_robots_prove_their_ways_among_obstacles_that_stand():
+    message = convert_obstacles.obstacles_message([RoundObstacle((1, 2), 0.5)], 1, 'map')
+    message.velocities = [0.5, 0.0]
+    with pytest.raises(InvalidInput, match='1 of the obstacles move'):
+        convert_mission.obstacles(message, 'map')
 
 
 @pytest.mark.parametrize('fields, error', [

@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 from mobile_planning.errors import GoalOutside, InvalidInput, UnknownFrame
 from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.base import SimulatedBase
-from mobile_planning.nodes import convert_mission, qos, wire
+from mobile_planning.nodes import convert_obstacles, qos, wire
 from mobile_planning.nodes.convert import header, path_message, path_poses, pose_message, pose_stamped
 from mobile_planning.world.obstacles import PolygonObstacle
 
@@ -189,10 +189,10 @@ def test_an_obstacle_that_appears_on_the_way_is_braked_for_and_said_until_it_is_
     fleet.announce(State.STARTED, start=fleet.now)
     ros.until(lambda: odometry and where(odometry)[0] > 1.2)
     wall = PolygonObstacle([(2.6, 0.0), (2.7, 0.0), (2.7, 4.0), (2.6, 4.0)])
-    obstacles.publish(convert_mission.obstacles_message([wall], fleet.now, 'map'))
+    obstacles.publish(convert_obstacles.obstacles_message([wall], fleet.now, 'map'))
     ros.until(lambda: any('no path' in status.trouble for status in statuses) and is_still(odometry))
     assert 1.2 < where(odometry)[0] < 2.4
-    obstacles.publish(convert_mission.obstacles_message([], fleet.now, 'map'))
+    obstacles.publish(convert_obstacles.obstacles_message([], fleet.now, 'map'))
     ros.until(lambda: fleet.solutions)
     assert fleet.solutions[0].done
 
