@@ -1,7 +1,7 @@
 """What a sampling planner plans among: a map, obstacles beside it, and how they move."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,8 @@ class SamplingScene:
     ----------
     robot_radius : float [m]
     unknown_is_free : bool
-    grid : OccupancyGrid or None
+    map : Environment or None
+        Without obstacles beside it.
     fixed : tuple of Obstacle
     moving : tuple of MovingObstacle
     since : float [s]
@@ -29,7 +30,7 @@ class SamplingScene:
 
     robot_radius: float = 0.0
     unknown_is_free: bool = False
-    grid: OccupancyGrid | None = None
+    map: Environment | None = None
     fixed: tuple[Obstacle, ...] = ()
     moving: tuple[MovingObstacle, ...] = ()
     since: float = 0.0
@@ -46,11 +47,15 @@ class SamplingScene:
         """Return whether it stands now as another one stood then."""
         return self is before and (not self.moving or now == then)
 
+    def with_map(self, grid: OccupancyGrid) -> SamplingScene:
+        """Return the scene on another map."""
+        return replace(self, map=Environment(grid=grid, footprint=self.robot_radius,
+                                             unknown_is_free=self.unknown_is_free))
+
     def _environment(self, fixed, moving=()):
-        if self.grid is None:
+        if self.map is None:
             raise NoMap('no map has come yet')
-        return Environment(obstacles=fixed, grid=self.grid, footprint=self.robot_radius, moving=moving,
-                           unknown_is_free=self.unknown_is_free)
+        return self.map.with_obstacles(fixed, moving)
 
     def _moved(self, now):
         """Return the moving obstacles with their shapes where they are at a time."""

@@ -74,7 +74,7 @@ class SamplingServer:
 
     def set_map(self, grid: OccupancyGrid) -> None:
         """Plan on this map from now on; roadmaps stay, and are checked on it, as far as it is as large."""
-        self._scene = replace(self._scene, grid=grid)
+        self._scene = self._scene.with_map(grid)
 
     def set_obstacles(self, fixed: Sequence[Obstacle], moving: Sequence[MovingObstacle] = (), since: float = 0.0
                       ) -> None:
@@ -130,6 +130,7 @@ class SamplingServer:
         answer = self._by_roadmap if planner in ROADMAPS else self._by_tree
         until = time.monotonic() + deadline
         result, facts = answer(planner, start, goal, now, until, seed, stop, progress)
+        progress.update(result.cost if result.is_solved else np.inf, result.nodes)
         _raise_unless_solved(result)
         facts = {'planner': planner, 'seed': str(result.seed), 'nodes': str(result.nodes),
                  'collision_checks': str(result.collision_checks), **facts}
@@ -198,7 +199,6 @@ class SamplingServer:
         progress.update(np.inf, kept.statistics().nodes)
         ends = [_position(end) for end in (start, goal)] if planner == 'prm' else (start, goal)
         result = kept.query(*ends, deadline=_remaining(until), seed=seed, stop=stop)
-        progress.update(result.cost, result.nodes)
         facts = {'roadmap': made, 'edges': str(kept.statistics().edges), 'roadmap_cost': f'{result.cost:.3f} m'}
         if result.status is PlanStatus.SOLVED and result.cost > 0:
             radius = 0.0 if planner == 'prm' else self.options.turning_radius

@@ -84,9 +84,10 @@ class SamplingSite:
             return
         if wanted.obstacles_frame and wanted.grid is not None:
             check_frame(wanted.obstacles_frame, wanted.frame, 'the obstacle array')
-        if wanted.options != before.options or wanted.grid is None:
+        is_new = wanted.options != before.options or wanted.grid is None
+        if is_new:
             self._server = SamplingServer(wanted.options)
-        if wanted.grid is not None:
+        if wanted.grid is not None and (is_new or wanted.grid is not before.grid):
             self._server.set_map(wanted.grid)
         self._server.set_obstacles(*wanted.obstacles)
         self._adopted = wanted

@@ -139,6 +139,14 @@ class Environment:
         """Return this environment without what moves; itself, if nothing does."""
         return self._changed((), self.footprint) if self.moving else self
 
+    def with_obstacles(self, obstacles: Iterable[Obstacle], moving: Iterable[MovingObstacle] = ()) -> Environment:
+        """Return this environment with other obstacles; what is known of the map is not worked out again."""
+        other = Environment(self.boundary, obstacles, self.grid, occupied_from=self.occupied_from,
+                            unknown_is_free=self.unknown_is_free, moving=moving, footprint=self.footprint)
+        if self.grid is not None:
+            other.__dict__.update(occupied=self.occupied, _corner_field=self._corner_field)
+        return other
+
     def _changed(self, moving: Iterable[MovingObstacle], footprint: Footprint | float) -> Environment:
         return Environment(self.boundary, self.obstacles, self.grid, occupied_from=self.occupied_from,
                            unknown_is_free=self.unknown_is_free, moving=moving, footprint=footprint)
