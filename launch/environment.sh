@@ -10,9 +10,17 @@ export PATH="$mobile_planning_root/.venv/bin:$PATH"
 export AMENT_PREFIX_PATH="$mobile_planning_root/.venv"
 export ROS_LOG_DIR="${ROS_LOG_DIR:-$mobile_planning_root/.venv/log/ros}"
 
-# Nodes of other hosts are not found, and two sessions on one host seldom meet.
-export ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT
-export FASTDDS_DEFAULT_PROFILES_FILE="$mobile_planning_root/launch/loopback.xml"
+# Who can talk to the nodes: `host`, as they do when nothing is said, is nobody outside this host, and a node that finds
+# itself within reach of others refuses to start; `subnet` is every host around, which is to have the same domain.
+export MOBILE_PLANNING_REACH="${MOBILE_PLANNING_REACH:-host}"
+if [ "$MOBILE_PLANNING_REACH" = subnet ]; then
+    export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET
+    export FASTDDS_DEFAULT_PROFILES_FILE="$mobile_planning_root/launch/hosts.xml"
+else
+    export ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT
+    export FASTDDS_DEFAULT_PROFILES_FILE="$mobile_planning_root/launch/loopback.xml"
+fi
+# Two sessions on one host seldom meet.
 export ROS_DOMAIN_ID="${ROS_DOMAIN_ID:-$(($$ % 100 + 1))}"
 # Without it, an int in a float64 field goes out as another number and nobody says so.
 export ROS_PYTHON_CHECK_FIELDS=1

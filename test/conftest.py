@@ -8,6 +8,7 @@ import pytest
 
 # Before anything imports rclpy. Above 101 the ports of a domain meet those that the kernel hands out.
 os.environ['ROS_DOMAIN_ID'] = str(os.getpid() % 100 + 1)
+os.environ['MOBILE_PLANNING_REACH'] = 'host'
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'
 os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] = str(Path(__file__).resolve().parent.parent / 'launch' / 'loopback.xml')
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'

@@ -221,6 +221,20 @@ def test_bad_usage_and_bad_scenes_end_with_2_and_a_sentence(launch, arguments, w
     assert not fleet.out.exists()
 
 
+def test_a_profile_that_takes_no_effect_ends_it_with_2_and_the_reason(launch, tmp_path):
+    broken = tmp_path / 'broken'
+    shutil.copytree(REPOSITORY / 'launch', broken / 'launch')
+    (broken / '.venv').symlink_to(REPOSITORY / '.venv')
+    # What is set up is the original.
+    (broken / 'launch' / 'setup.sh').write_text('#!/bin/sh\n')
+    profile = broken / 'launch' / 'loopback.xml'
+    profile.write_text(profile.read_text().replace('</profiles>', '</profile>'))
+    fleet = launch(broken / 'launch' / 'fleet.sh', HEAD_ON)
+    code, _, err = fleet.result()
+    assert code == 2 and 'other hosts could talk to this process' in err and f'{profile} did not take effect' in err
+    fleet.assert_nothing_is_left()
+
+
 def test_a_folder_that_cannot_be_made_ends_it_with_2(launch, tmp_path):
     (tmp_path / 'out').write_text('a file')
     code, _, err = launch('fleet.sh', HEAD_ON).result()

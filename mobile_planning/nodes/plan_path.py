@@ -16,6 +16,7 @@ from mobile_planning.errors import PlanningError
 from mobile_planning.nodes.client import Client
 from mobile_planning.nodes.convert import duration_message, path_poses, pose_stamped, seconds
 from mobile_planning.nodes.progress_bar import ProgressBar
+from mobile_planning.nodes.reach import require_reach
 from mobile_planning.nodes.spin import StopSignals, start_ros, without_ros
 from mobile_planning.sampling_options import PLANNERS as SAMPLING_PLANNERS
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -123,6 +124,7 @@ def main(args: Sequence[str], stop: StopSignals) -> int:
     try:
         start_ros(args)
         node = Node(f'plan_path_{os.getpid()}', enable_rosout=False, start_parameter_services=False)
+        require_reach()
         client = Client(node, stop)
         request = request_for(options)
         with ProgressBar(request, options.progress or sys.stderr.isatty()) as bar:

@@ -15,6 +15,7 @@ from os.path import basename
 from typing import TYPE_CHECKING
 
 from mobile_planning.errors import InvalidInput, PlanningError
+from mobile_planning.nodes.reach import require_reach
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -79,8 +80,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | No
     Returns
     -------
     int
-        0 after a signal, the node's own code, or 2 when the arguments or parameters are refused, with one sentence
-        on stderr.
+        0 after a signal, the node's own code, or 2 when the arguments or parameters are refused, or other hosts can
+        reach the node though they are not to, with one sentence on stderr.
     """
     args = sys.argv if args is None else args
     with StopSignals() as stop:
@@ -154,6 +155,7 @@ def _live(make_node, args, stop):
         start_ros(args)
         made = make_node()
         nodes = list(made) if isinstance(made, Sequence) else [made]
+        require_reach()
         executor = SingleThreadedExecutor()
         for node in nodes:
             executor.add_node(node)

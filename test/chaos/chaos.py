@@ -110,7 +110,8 @@ class Run:
 
     def _environment(self):
         profile = str(_ROOT / 'launch' / 'hosts.xml')
-        return {**os.environ, 'FASTDDS_DEFAULT_PROFILES_FILE': profile, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+        return {**os.environ, 'MOBILE_PLANNING_REACH': 'subnet', 'FASTDDS_DEFAULT_PROFILES_FILE': profile,
+                'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
 
     def _start_all(self):
         for name, _, _ in list(self._commands()):

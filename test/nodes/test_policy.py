@@ -1,0 +1,48 @@
+"""What running nodes publish, hear and answer is what the policy for DDS-Security allows them."""
+import pytest
+from policy import allowances, is_allowed
+from robot_fleet import Fleet
+
+from mobile_planning.nodes.grid_planner import GridPlanner
+from mobile_planning.nodes.map_server import MapServer
+from mobile_planning.nodes.world_sim import WorldSimNode
+
+#: What a node has only now and then: with simulated time, with tf2_ros, while it saves the map of a topic.
+AT_TIMES = {'/clock', '/tf', '/tf_static'}
+OFTEN_MISSING = {('robot', 'subscribe'): {'/robot*/odom'}, ('map_server', 'subscribe'): {'/map'}}
+
+
+def names(pairs):
+    """Return the names of a list of the graph."""
+    return {name for name, _ in pairs}
+
+
+def graph(node):
+    """Return the names that a node uses, by deed."""
+    asked = node, node.get_name(), node.get_namespace()
+    tell = {'publish': 'publisher', 'subscribe': 'subscriber', 'reply': 'service', 'request': 'client'}
+    return {deed: names(getattr(asked[0], f'get_{kind}_names_and_types_by_node')(*asked[1:]))
+            for deed, kind in tell.items()}
+
+
+@pytest.fixture
+def running(ros, tmp_path):
+    """Return the nodes of each kind, with all that their parameters can add."""
+    scene = tmp_path / 'two.yaml'
+    scene.write_text('boundary: {x: [0, 4], y: [0, 4]}\nrobots: [{id: 1, start: [1, 1, 0], goal: [2, 1, 0]}]')
+    fleet = Fleet(ros)
+    robots = [fleet.robot(1), fleet.robot(2, simulate=False, takes_goal_pose=True)]
+    return {'map_server': [ros.add(MapServer)], 'grid_planner': [ros.add(GridPlanner)], 'robot': robots,
+            'world_sim': [ros.add(WorldSimNode, scene=str(scene))]}
+
+
+def test_nodes_have_exactly_the_names_that_the_policy_gives_them(running):
+    granted = allowances()
+    for enclave, nodes in running.items():
+        used = [graph(node) for node in nodes]
+        for deed in 'publish', 'subscribe', 'reply', 'request':
+            patterns = granted[enclave].get(deed, [])
+            named = set().union(*(each[deed] for each in used))
+            assert {name for name in named if not is_allowed(name, patterns)} == set(), f'{enclave} may not {deed}'
+            unused = {pattern for pattern in patterns if not any(is_allowed(name, [pattern]) for name in named)}
+            assert unused - AT_TIMES - OFTEN_MISSING.get((enclave, deed), set()) == set(), f'{enclave}: {deed}'
