@@ -105,6 +105,6 @@ def _address(number: str) -> IPv4Address | IPv6Address:
 
 
 def _is_of_this_host(address: IPv4Address | IPv6Address) -> bool:
-    """Whether other hosts cannot reach the address: loopback, or a group, which is joined on the cards of the others."""
+    """Whether other hosts cannot reach the address: it is loopback, or a group, joined on the cards of the others."""
     inner = getattr(address, 'ipv4_mapped', None) or address
     return inner.is_loopback or inner.is_multicast
