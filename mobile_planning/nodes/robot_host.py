@@ -8,6 +8,7 @@ from mobile_planning.nodes.fleet_bus import FleetBus
 from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.robot_options import RobotOptions
 from mobile_planning.nodes.worker import Worker
+from mobile_planning.warm_up import warm_up
 
 
 class RobotHost:
@@ -33,6 +34,8 @@ class RobotHost:
         self.bus = FleetBus(node, guard, options.frame_id)
         self.worker, self.joint_worker = Worker(node), Worker(node)
         self.loop = ControlLoop(options.control_rate, guard)
+        # Loaded before somebody waits for a section: it takes as long as several cycles.
+        self.worker.submit(warm_up, 'world', 'fleet')
 
     def close(self) -> None:
         """End all threads; the bodies' is the last."""
