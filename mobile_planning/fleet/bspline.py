@@ -157,6 +157,10 @@ class Plan:
         wanted = np.arange(count) + (first_knot - self.first_knot)
         return self.points[np.minimum(wanted, len(self.points) - 1)]
 
+    def curves(self, span: int) -> NDArray[np.float64]:
+        """Return the Bezier points (S, 4, 2) [m] of all spans from ``span`` on, and of one at the least."""
+        return bezier(self.control(span, max(self.end_knot - span, 1) + 3))
+
     def states(self, times: NDArray) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]; v < 0 backwards."""
         u = np.clip(np.asarray(times, float) / self.step - self.first_knot, 0.0, len(self.points) - 3)

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 from mobile_planning.errors import InvalidInput, LimitExceeded
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.itinerary import How
-from mobile_planning.fleet.robot import MAX_PATH
+from mobile_planning.fleet.reference_path import MAX_PATH
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import check_frame, configuration, planar
 from mobile_planning.nodes.guard import Guard, tell_code, tell_sentence

@@ -253,7 +253,7 @@ def test_the_longest_plan_fits_into_a_message(options):
 def test_a_robot_whose_way_is_lost_stands_and_speaks_on(monkeypatch):
     agent = robot(1, *SWAP[0])
     agent.start([1], 0.0)
-    monkeypatch.setattr(agent._guidance, 'path', lambda *_: (_ for _ in ()).throw(NoPath('the way is lost')))
+    monkeypatch.setattr(agent._course.guidance, 'path', lambda *_: (_ for _ in ()).throw(NoPath('the way is lost')))
     for now in (0.0, 0.25, 0.5):
         assert len(agent.step(now)) == 1
     assert len(agent.sol.plans) == 1
@@ -474,7 +474,7 @@ def test_a_restarted_robot_keeps_its_options():
     agent = robot(1, *SWAP[0], rho=0.3, margin=0.02, Tc=0.5, Tp=4.0, reverse=True, sensor_range=40.0)
     other = agent.restarted(3, 1.0)
     assert (other.rho, other.limits.radius, other.Tc, other.sensor_range) == (0.3, 0.32, 0.5, 40.0)
-    assert other.plan.step == agent.plan.step and other._reverse
+    assert other.plan.step == agent.plan.step and other.options.reverse
 
 
 # Any clock

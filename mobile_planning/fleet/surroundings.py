@@ -1,0 +1,62 @@
+"""Surroundings: what a robot knows of the others, where it plans."""
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.fleet import fences
+from mobile_planning.fleet.bspline import bezier
+from mobile_planning.fleet.fences import Fences
+from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.neighbour import Neighbour
+from mobile_planning.fleet.protocol import Protocol
+
+
+class Surroundings:
+    """The other robots as one robot has heard them and is bound to them.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        Of this robot.
+    radius : float [m]
+        Of its body, with its margin.
+    """
+
+    def __init__(self, protocol: Protocol, radius: float):
+        self._protocol, self._radius = protocol, radius
+
+    def neighbours(self, knot: int) -> list[Neighbour]:
+        """Return what is known of the others at ``knot``."""
+        heard = list(self._protocol.heard.values())
+        plans = [message.plan for message in heard]
+        points = np.array([plan.control(max(knot, plan.first_knot), 3) for plan in plans]).reshape(-1, 3, 2)
+        positions = (points[:, 0] + 4 * points[:, 1] + points[:, 2]) / 6
+        velocities = (points[:, 2] - points[:, 0]) / np.array([2 * plan.step for plan in plans])[:, None]
+        neighbours = [
+            Neighbour(position, message.plan.end, message.goal, message.radius,
+                      message.mode in (Mode.DONE, Mode.STOPPED) and message.plan.end_knot <= knot, velocity,
+                      message.v_max)
+            for message, position, velocity in zip(heard, positions, velocities)]
+        for place, radius in self._protocol.discs():
+            if not any(np.linalg.norm(neighbour.position - place) < radius for neighbour in neighbours):
+                neighbours.append(Neighbour(place, place, place, radius, True))
+        return neighbours
+
+    def fences(self, knot: int, points: NDArray, spans: int) -> Fences:
+        """Return the fences of all contracts and resting peers.
+
+        Parameters
+        ----------
+        knot : int
+        points : (n, 2) ndarray [m]
+            Control points of the plan in force from ``knot`` on.
+        spans : int
+            The fences reach to the end of everybody's plan, so far at least, and one span of rest.
+        """
+        bound = self._protocol.bound()
+        last = max((contract.last_span for contract, _ in bound), default=knot)
+        count = max(spans, len(points) - 3, last - knot + 1) + 1
+        curves = bezier(np.concatenate([points, np.repeat(points[-1:], count + 3 - len(points), axis=0)]))
+        return (fences.of_contracts(bound, knot, count, self._radius)
+                + fences.of_discs(self._protocol.discs(), curves, self._radius))
