@@ -203,7 +203,8 @@ def test_a_robot_that_is_due_again_asks_more_and_plans_further():
         request = own.take_request()
         sizes.append((request.ids, request.horizon))
         own.propose(None, now)
-        own._proposing_since = None
+        # Now that it has got on for a moment, it starts from the beginning.
+        own.update(now, (0, 0), (0, 0), (3, 0), False, 0.0)
     assert sizes == [((1, 2), 10), ((1, 2, 3), 25), ((1, 2, 3), MAX_MOVES)]
 
 
@@ -224,6 +225,40 @@ def test_a_plan_that_comes_after_a_newer_one_is_dropped():
     late = own.take_request().plan()
     own.hear(joint_plan(epoch=7), 0.3)
     assert own.propose(late, 0.4) == [] and own.status.version != late.version
+
+
+@pytest.mark.parametrize('end', ['it leaves', 'it has a new goal'])
+def test_what_comes_of_a_request_made_before_is_dropped_and_the_next_is_taken(end):
+    own, goal, late = coordination(2, [message(1)]), (3, 0), []
+    for now in np.arange(0.0, 4.0, CYCLE):
+        own.hear(message(1), now)
+        if now == 1.0:
+            goal = (3, 0) if end == 'it leaves' else (0, 3)
+            own.leave()
+        own.update(now, (0, 0), (0, 0), goal, False, 2.0 + now)
+        request = own.take_request()
+        late += [request] if request is not None else []
+    before, after = late
+    assert own.propose(before.plan(), 4.0) == [] and not own.is_following
+    said = own.propose(after.plan(), 4.25)
+    assert len(said) == 1 and own.is_following and said[0].version > (before.epoch, -2)
+
+
+def test_a_plan_of_another_that_leads_to_the_goal_this_robot_had_before_is_not_followed_and_they_hear_of_it():
+    own = coordination(2, [message(1), message(3)])
+    own.update(1.0, (1, 0), (1, 0), (2, 0), False, 0.0)
+    own.update(1.25, (1, 0), (1, 0), (4, 4), False, 0.0)
+    plan = joint_plan()
+    own.hear(plan, 1.3)
+    own.update(1.5, (1, 0), (1, 0), (4, 4), False, 0.0)
+    assert not own.is_following and own.status.version == plan.version and not own.status.is_followed
+    partner = coordination(1, [message(2), message(3)])
+    partner.hear(plan, 1.3)
+    partner.hear(message(2, status=own.status), 1.5)
+    partner.update(1.75, (0, 0), (0, 0), (1, 0), False, 0.0)
+    assert not partner.is_following
+    own.hear(joint_plan(2, 1, ways=(WAYS[0], [(1, 0), (4, 4)], WAYS[2])), 2.0)
+    assert own.is_following
 
 
 def test_a_request_is_handed_out_once_and_the_next_only_when_it_has_been_answered():
