@@ -125,7 +125,7 @@ class PathServer:
             takes longer.
         """
         # The kernels are loaded now, and not while a request waits.
-        warm_up()
+        warm_up('world', 'grid')
         terrain = PlanningMap(grid, self._inflation_radius, self._unknown_is_free, keepout=keepout, speed=speed)
         with self._changing:
             self._told = {}
