@@ -39,8 +39,10 @@ class Surroundings:
                       message.v_max)
             for message, position, velocity in zip(heard, positions, velocities)]
         for place, radius in self._protocol.discs():
-            if not any(np.linalg.norm(neighbour.position - place) < radius for neighbour in neighbours):
+            # Most of those that rest have been heard, too.
+            if (np.linalg.norm(positions - place, axis=1) >= radius).all():
                 neighbours.append(Neighbour(place, place, place, radius, True))
+                positions = np.concatenate([positions, [place]])
         return neighbours
 
     def fences(self, knot: int, points: NDArray, spans: int) -> Fences:

@@ -37,3 +37,23 @@ def exchange(robots, until, delivers=lambda now: True, since=0.0, step=0.25):
                     for peer in robots:
                         peer.receive(message, now)
                 messages = [answer for peer in robots if peer.has_answers for answer in peer.answers(now)]
+
+
+def drive_alone(agent, until, since=0.0):
+    """Step a robot without peers until it is done or time is up; return the time."""
+    agent.start([agent.eyed], since)
+    for cycle in range(int(until / agent.Tc)):
+        now = since + cycle * agent.Tc
+        agent.step(now)
+        if agent.is_done:
+            break
+    return now
+
+
+def under_way(count=6):
+    """Return a robot that drives alone, and the time of its next cycle."""
+    agent = robot(1, *SWAP[0])
+    agent.start([1], 0.0)
+    for cycle in range(count):
+        agent.step(cycle * agent.Tc)
+    return agent, count * agent.Tc

@@ -1,30 +1,14 @@
 """One robot at a time: what it refuses, says and drives, and that its clock may show any time."""
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from missions import ROOM, SWAP, exchange, mission, robot
+from missions import ROOM, SWAP, drive_alone, exchange, robot, under_way
 from mobile_planning import (
-    Boundary, GoalOccupied, GoalOutside, InvalidInput, NoPath, OccupancyGrid, PolygonObstacle, Robot, RobotMsg,
-    RoundObstacle, StartOccupied, StartOutside, UnicycleKineModel)
-from mobile_planning.fleet import qp
+    Boundary, InvalidInput, NoPath, PolygonObstacle, Robot, RobotMsg, RoundObstacle, UnicycleKineModel)
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan
-from mobile_planning.fleet.contracts import ROUNDING, room
-from mobile_planning.fleet.message import Contracts, Mode
+from mobile_planning.fleet.message import Mode
 from mobile_planning.geometry import wrap_angle
 
 WALL = PolygonObstacle([(4.9, -1), (5.1, -1), (5.1, 7), (4.9, 7)])
-
-
-def drive_alone(agent, until, since=0.0):
-    """Step a robot without peers until it is done or time is up; return the time."""
-    agent.start([agent.eyed], since)
-    for cycle in range(int(until / agent.Tc)):
-        now = since + cycle * agent.Tc
-        agent.step(now)
-        if agent.is_done:
-            break
-    return now
 
 
 def largest_rates(solution):
@@ -40,16 +24,6 @@ def largest_rates(solution):
 # What is refused
 
 
-@pytest.mark.parametrize('options', [
-    {'rho': 0.0}, {'rho': -0.2}, {'rho': np.nan}, {'rho': 101.0}, {'margin': -0.01}, {'margin': np.nan}, {'Tc': 0.0},
-    {'Tc': np.nan}, {'Tc': 11.0, 'Tp': 50.0}, {'Tp': 0.5}, {'Tp': 12.6}, {'Tp': np.nan}, {'Tp': np.inf},
-    {'budget': -0.1}, {'budget': np.nan}, {'budget': 3.0}, {'sensor_range': 0.0}, {'sensor_range': np.nan},
-    {'sensor_range': 4.0}, {'epoch': 0}])
-def test_a_parameter_out_of_its_range_is_refused(options):
-    with pytest.raises(InvalidInput, match='out of range|is below'):
-        robot(1, *SWAP[0], **options)
-
-
 @pytest.mark.parametrize('options, words', [
     ({'method': 'proposals'}, 'known is contracts'), ({'solver': 'simplex'}, 'simplex')])
 def test_a_method_or_solver_that_is_not_known_is_refused(options, words):
@@ -57,29 +31,15 @@ def test_a_method_or_solver_that_is_not_known_is_refused(options, words):
         robot(1, *SWAP[0], **options)
 
 
+def test_an_epoch_that_never_was_is_refused():
+    with pytest.raises(InvalidInput, match='epoch 0'):
+        robot(1, *SWAP[0], epoch=0)
+
+
 @pytest.mark.parametrize('speeds', [{'u_init': (0.5, 0)}, {'u_final': (0.1, 0)}])
 def test_a_robot_that_does_not_start_and_end_at_rest_is_refused(speeds):
     with pytest.raises(InvalidInput, match='from rest to rest'):
         Robot(1, UnicycleKineModel(*SWAP[0], **speeds), [], ROOM)
-
-
-@pytest.mark.parametrize('start, goal, error', [
-    ((5, 3, 0), (9, 3, 0), StartOccupied), ((0.2049, 3, 0), (9, 3, 0), StartOccupied),
-    ((-5, 3, 0), (9, 3, 0), StartOutside), ((1, 3, 0), (5, 3, 0), GoalOccupied),
-    ((1, 3, 0), (9, 5.9, 0), GoalOccupied), ((1, 3, 0), (9, 99, 0), GoalOutside)])
-def test_a_start_or_goal_without_room_for_the_body_is_refused(start, goal, error):
-    with pytest.raises(error, match='robot 7'):
-        robot(7, start, goal, obstacles=[RoundObstacle((5, 3), 0.5)])
-
-
-def test_a_start_in_a_wall_of_the_map_is_refused():
-    data = np.zeros((60, 100), int)
-    data[:, 50] = 100
-    grid = OccupancyGrid(data, 0.1)
-    for start, goal, error in (((5.05, 3, 0), (9, 3, 0), StartOccupied), ((1, 3, 0), (5.05, 3, 0), GoalOccupied),
-                               ((1, 3, 0), (9, 3, 0), NoPath)):
-        with pytest.raises(error):
-            robot(1, start, goal, boundary=None, grid=grid)
 
 
 def test_a_goal_behind_a_wall_is_refused():
@@ -303,136 +263,6 @@ def test_a_stopped_robot_still_makes_room_for_others_by_its_contracts():
     two.stop()
     list(exchange([one, two], 14.0))
     assert one.is_done and not two.is_done
-
-
-# What is committed
-
-
-def under_way(count=6):
-    """Return a robot that drives alone, and the time of its next cycle."""
-    agent = robot(1, *SWAP[0])
-    agent.start([1], 0.0)
-    for cycle in range(count):
-        agent.step(cycle * agent.Tc)
-    return agent, count * agent.Tc
-
-
-def test_planning_changes_nothing_until_it_is_committed():
-    agent, now = under_way()
-    before = agent.plan, len(agent.sol.plans)
-    section = agent.plan_section(now)
-    assert section.new is not None and (agent.plan, len(agent.sol.plans)) == before
-    agent.commit(section, now)
-    assert agent.plan is not before[0] and len(agent.sol.plans) == before[1] + 1
-
-
-def test_a_section_that_comes_too_late_is_dropped_and_the_robot_speaks_on():
-    agent, now = under_way()
-    section, plans = agent.plan_section(now), len(agent.sol.plans)
-    late = section.first_knot * agent.plan.step
-    message, = agent.commit(section, late)
-    assert len(agent.sol.plans) == plans and message.plan.states(np.array([late + 1]))[0] == pytest.approx(
-        agent.state(late + 1))
-    agent.step(late)
-    assert len(agent.sol.plans) == plans + 1
-
-
-def test_nothing_is_answered_between_planning_and_commit():
-    robots = [robot(index + 1, *poses) for index, poses in enumerate(SWAP)]
-    for one in robots:
-        one.start([1, 2], 0.0)
-    owner, peer = robots
-    owner.receive(peer.step(0.0)[0], 0.0)
-    section = owner.plan_section(0.1)
-    assert not owner.has_answers and owner.answers(0.1) == []
-    message = owner.commit(section, 0.15)[1]
-    assert isinstance(message, Contracts) and message.offers
-
-
-def test_a_section_planned_before_a_contract_was_bound_keeps_to_it_when_it_is_committed():
-    # Each drives towards the other; the section is planned alone and committed among contracts.
-    robots = [robot(index + 1, *poses) for index, poses in enumerate(SWAP)]
-    for one in robots:
-        one.start([1, 2], 0.0)
-    for now, sender, _ in exchange(robots, 12.0):
-        bound = sender.protocol.bound
-        sender.protocol.bound = lambda: []
-        section = sender.plan_section(now + 0.05)
-        sender.protocol.bound = bound
-        sender.commit(section, now + 0.06)
-        assert_contracts_hold(sender, now + 0.06)
-        for message in sender.answers(now + 0.06):
-            for peer in robots:
-                peer.receive(message, now + 0.06)
-
-
-@pytest.mark.parametrize('angle, is_driven', [(0.0, True), (0.01, False), (1.0, False), (np.pi, False)])
-def test_a_section_that_would_set_out_sideways_is_dropped(angle, is_driven):
-    agent = robot(1, *SWAP[0])
-    agent.start([1], 0.0)
-    section = agent.plan_section(0.0)
-    way = np.cumsum([0, 0, 0, *np.full(len(section.old) - 6, 0.005), 0, 0, 0])
-    new = section.old[0] + way[:, None] * np.array([np.cos(angle), np.sin(angle)])
-    agent.commit(replace(section, new=new), 0.0)
-    assert (len(agent.sol.plans) == 2) is is_driven
-
-
-def assert_contracts_hold(agent, now):
-    """Check that the plan in force keeps to every contract that binds the robot, from now on and for ever."""
-    span = int(np.floor(now / agent.plan.step))
-    for contract, is_owner in agent.protocol.bound():
-        assert room(contract, agent.plan, max(span, agent.plan.first_knot), is_owner, agent.limits.radius) >= -ROUNDING
-
-
-def garbage(kind):
-    """Return what replaces ``QuadraticProgram.solve``: a solver that gives no good answer, at least now and then."""
-    rng, honest = np.random.default_rng(5), qp.QuadraticProgram.solve
-
-    def solve(program, gradient, rows, bounds, *rest):
-        count = len(gradient)
-        result = honest(program, gradient, rows, bounds, *rest)
-        if kind == 'none':
-            return qp.QPResult(None, 'infeasible')
-        if kind == 'now and then none':
-            return result if rng.random() < 0.5 else qp.QPResult(None, 'limit')
-        if kind == 'noise':
-            return qp.QPResult(rng.normal(size=count) * 10.0**rng.integers(-3, 4), 'solved')
-        if kind == 'a little wrong' and result.x is not None:
-            return qp.QPResult(result.x + rng.normal(size=count) * 0.01, 'limit')
-        if kind == 'without constraints':
-            return honest(program, gradient, np.zeros((0, count)), np.zeros(0))
-        return qp.QPResult(np.full(count, {'nan': np.nan, 'inf': np.inf, 'huge': 1e300}.get(kind, 0.0)), 'solved')
-    return solve
-
-
-@pytest.mark.parametrize('kind', ['none', 'now and then none', 'noise', 'a little wrong', 'without constraints', 'nan',
-                                  'inf', 'huge', 'zero'])
-def test_whatever_the_solver_answers_no_contract_and_no_limit_is_broken(monkeypatch, kind):
-    pillar = RoundObstacle((5, 3.4), 0.5)
-    ways = [*SWAP, ((5, 1, 1.5), (5, 5, 1.5))]
-    simulation = mission([robot(index + 1, *poses, obstacles=[pillar]) for index, poses in enumerate(ways)], [pillar])
-    monkeypatch.setattr(qp.QuadraticProgram, 'solve', garbage(kind))
-    report = simulation.run(seed=1, timeout=6.0)
-    assert not simulation.breaches
-    assert [violation for violation in report.violations if 'goal' not in violation and 'arrive' not in violation] == []
-    assert report.messages > 3 * 6 / 0.25 * 0.8, 'they speak on'
-
-
-def test_after_bad_answers_of_the_solver_it_drives_on():
-    agent, now = under_way()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(qp.QuadraticProgram, 'solve', garbage('nan'))
-        for cycle in range(30):
-            agent.step(now + cycle * agent.Tc)
-    assert not agent.is_done and agent.state(now + 8)[3] == pytest.approx(0, abs=1e-9)
-    drive_alone(agent, 30.0, now + 30 * agent.Tc)
-    assert agent.is_done
-
-
-def test_with_osqp_it_arrives_as_well():
-    agent = robot(1, (1, 3, 0), (3, 4, 0), solver='osqp')
-    drive_alone(agent, 40.0)
-    assert agent.is_done
 
 
 # Backwards
