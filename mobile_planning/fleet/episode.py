@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.channel import Channel, wire_size
+from mobile_planning.fleet.collisions import collisions
 from mobile_planning.fleet.errands import Errands
 from mobile_planning.fleet.faults import Faults, Kill
-from mobile_planning.fleet.invariant import Breach, Invariant, collisions
+from mobile_planning.fleet.invariant import Breach, Invariant
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.message import Death
 from mobile_planning.fleet.robot import Robot

@@ -9,7 +9,7 @@ wherever a contract begins later than now, the two plans themselves must be that
 far apart too.
 
 Shares no geometry with what it judges: control points, normals and offsets are
-all that it reads. What was found for the same plans and the same contracts is
+all that it reads, see `plan_distances`. What was found for the same plans and the same contracts is
 not computed again.
 """
 from __future__ import annotations
@@ -19,17 +19,13 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import LinkMode
+from mobile_planning.fleet.plan_distances import contract_room, curves, distance_of_plans, distance_of_point, rest_knot
 from mobile_planning.fleet.vehicle import Vehicle
 
 #: Lengths [m] below this are rounding.
 TOLERANCE = 1e-7
-_EDGES = np.array(list(combinations(range(4), 2))).T
-_TRIANGLES = np.array(list(combinations(range(4), 3))).T
 
 
 @dataclass(frozen=True)
@@ -219,133 +215,3 @@ def _keep_off(low, high, now):
 def _is_locked(vehicle, now):
     """Return whether ``vehicle`` cannot set out: nobody is there to do so, or its links forbid it."""
     return not vehicle.is_alive or not vehicle.robot.protocol.may_move(vehicle.clock(now), True)
-
-
-# Geometry, written for this file alone
-
-
-def rest_knot(plan: Plan) -> float:
-    """Return from which knot on ``plan`` never leaves its last place; minus infinity if it never moves."""
-    moves = np.flatnonzero((plan.points != plan.points[-1]).any(axis=1))
-    return plan.first_knot + int(moves[-1]) + 1 if len(moves) else -np.inf
-
-
-def curves(plan: Plan, first_span: int, count: int) -> NDArray[np.float64]:
-    """Return the Bezier points (count, 4, 2) [m] of ``count`` spans; before its first knot a plan rests."""
-    at = np.clip(np.arange(first_span, first_span + count + 3) - plan.first_knot, 0, len(plan.points) - 1)
-    q = plan.points[at]
-    thirds = q[:-1, None] + (q[1:] - q[:-1])[:, None] * np.array([[1 / 3], [2 / 3]])
-    knots = (thirds[:-1, 1] + thirds[1:, 0]) / 2
-    return np.stack([knots[:-1], thirds[1:-1, 0], thirds[1:-1, 1], knots[1:]], axis=1)
-
-
-def hull_distance(points: NDArray) -> NDArray[np.float64]:
-    """Return the distance (...) from the origin to the hull of each four points (..., 4, 2); 0 inside.
-
-    Examples
-    --------
-    >>> hull_distance(np.array([[[3.0, 4.0]] * 4, [[1, 1], [1, -1], [2, 0], [2, 1]]])).tolist()
-    [5.0, 1.0]
-    """
-    a, b = points[..., _EDGES[0], :], points[..., _EDGES[1], :]
-    along = b - a
-    length2 = (along**2).sum(axis=-1)
-    share = np.clip(-(a * along).sum(axis=-1) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-    nearest = a + share[..., None] * along
-    distance = np.sqrt((nearest**2).sum(axis=-1).min(axis=-1))
-    corners = points[..., _TRIANGLES, :]
-    turned = corners[..., [1, 2, 0], :, :]
-    cross = corners[..., 0] * turned[..., 1] - corners[..., 1] * turned[..., 0]
-    inside = ((cross > 0).all(axis=-2) | (cross < 0).all(axis=-2)).any(axis=-1)
-    return np.where(inside, 0.0, distance)
-
-
-def contract_room(contract: Contract, plan: Plan, knot: int, is_owner: bool, radius: float,
-                  whole: NDArray | None = None) -> float:
-    """Return how far [m] ``plan`` stays on its side of ``contract``, for ever from ``knot`` on; below 0 it does not.
-
-    After its last span the last line stands still, at the last of its offsets. ``whole`` is `curves` of the
-    plan from its first span on, one span at rest included.
-    """
-    whole = curves(plan, plan.first_knot, len(plan.points) - 2) if whole is None else whole
-    first = max(knot, contract.first_span)
-    last, end = contract.first_span + len(contract.normals), max(plan.end_knot, first)
-    spans = np.arange(first, max(end, last) + 1)
-    line = np.minimum(spans - contract.first_span, len(contract.normals) - 1)
-    offsets = contract.offsets[line]
-    offsets[spans >= last] = contract.offsets[-1, 3]
-    at = np.clip(spans - plan.first_knot, 0, len(whole) - 1)
-    heights = np.einsum('sd,skd->sk', contract.normals[line], whole[at]) - offsets
-    return float(heights.min() if is_owner else -heights.max()) - radius
-
-
-def distance_of_plans(a: Plan, b: Plan, knot: int) -> float:
-    """Return a lower bound [m] of the distance of two plans at equal times from ``knot`` on, exact at rest."""
-    count = max(a.end_knot, b.end_knot, knot) + 1 - knot
-    return float(hull_distance(curves(a, knot, count) - curves(b, knot, count)).min())
-
-
-def distance_of_point(plan: Plan, place: NDArray, knot: int) -> float:
-    """Return a lower bound [m] of the distance of ``plan`` from ``place`` (2,) [m] from ``knot`` on, exact at rest."""
-    count = max(plan.end_knot, knot) + 1 - knot
-    return float(hull_distance(curves(plan, knot, count) - place).min())
-
-
-# The truth
-
-
-def positions(plans: Sequence[Plan], times: NDArray) -> NDArray[np.float64]:
-    """Return where a body is (N, 2) [m] that drives each of ``plans`` from its first knot to the next one's.
-
-    Parameters
-    ----------
-    plans : sequence of Plan
-    times : (N,) ndarray [s]
-        On the clock of the body, increasing.
-    """
-    bounds = [0, *np.searchsorted(times, [plan.first_knot * plan.step for plan in plans[1:]]), len(times)]
-    return np.concatenate([_positions(plan, times[low:high])
-                           for plan, low, high in zip(plans, bounds, bounds[1:]) if high > low])
-
-
-def _positions(plan, times):
-    """Return the places (N, 2) [m] by de Casteljau's construction."""
-    u = np.clip(times / plan.step - plan.first_knot, 0.0, len(plan.points) - 3)
-    span = np.minimum(u.astype(int), len(plan.points) - 4)
-    share = (u - span)[:, None, None]
-    points = curves(plan, plan.first_knot, len(plan.points) - 3)[span]
-    while points.shape[1] > 1:
-        points = points[:, :-1] + share * (points[:, 1:] - points[:, :-1])
-    return points[:, 0]
-
-
-def collisions(vehicles: Sequence[Vehicle], until: float, step: float = 0.01) -> tuple[float, list[Breach]]:
-    """Return the least distance of two centres [m], and where bodies overlap, by samples on the fleet's clock.
-
-    Parameters
-    ----------
-    vehicles : sequence of Vehicle
-    until : float [s]
-        Since the start of the mission.
-    step : float [s]
-        Between two samples.
-
-    Returns
-    -------
-    least : float [m]
-        Infinite for one robot.
-    breaches : list of Breach
-        The first sample of each pair that collides.
-    """
-    times = np.arange(0.0, until + step, step)
-    places = [positions(vehicle.solution.plans, vehicle.clock(times)) for vehicle in vehicles]
-    least, breaches = np.inf, []
-    for (a, at_a), (b, at_b) in combinations(zip(vehicles, places), 2):
-        distance = np.hypot(*(at_a - at_b).T)
-        least = min(least, float(distance.min()))
-        hits = np.flatnonzero(distance < a.robot.rho + b.robot.rho - TOLERANCE)
-        if len(hits):
-            breaches.append(Breach(float(times[hits[0]]), tuple(sorted((a.eyed, b.eyed))),
-                                   f'they collide: centres {distance[hits[0]]:.4f} m apart, later {distance.min():.4f} '
-                                   f'm, their bodies need {a.robot.rho + b.robot.rho:.4f} m'))
-    return least, sorted(breaches, key=lambda breach: breach.time)

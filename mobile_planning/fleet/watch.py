@@ -12,8 +12,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from mobile_planning.fleet.contracts import Contract
-from mobile_planning.fleet.invariant import TOLERANCE, contract_room, distance_of_point
+from mobile_planning.fleet.invariant import TOLERANCE
 from mobile_planning.fleet.message import Contracts, LinkMode, RobotMsg
+from mobile_planning.fleet.plan_distances import contract_room, distance_of_point
 
 #: Contracts that are kept of each pair.
 _KEPT = 12
