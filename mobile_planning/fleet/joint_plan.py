@@ -89,6 +89,7 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
         Steps after which the ways end; by default they are whole.
     """
     urgency = [member.urgency for member in members]
+    roadmap = roadmap.beside(standing, GAP)
     instance, places = make_instance(roadmap, members, standing)
     wide, _ = make_instance(roadmap, members, standing, WIDE)
     steps = best_steps(wide, urgency, rng, _WIDE_LIMITS)
@@ -228,7 +229,7 @@ def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps, r
     first = np.searchsorted(robot, np.arange(count + 1))
     waits = np.zeros((len(move),) * 2, np.int64)
     i, j = _pairs_of_pieces(move, later, earlier)
-    meet = _segments_apart(ends[i], ends[j]) < radii[robot[i]] + radii[robot[j]] + GAP
+    meet = segments_apart(ends[i], ends[j]) < radii[robot[i]] + radii[robot[j]] + GAP
     waits[i[meet], j[meet]] = (np.arange(len(robot)) - first[robot] + 1)[j[meet]]
     ways = [np.concatenate([places[steps.places[:1, i]], ends[first[i]:first[i + 1], 1]]) for i in range(count)]
     needs = []
@@ -263,7 +264,7 @@ def _pairs_of_pieces(move, a, b):
     return first[a][pair] + number // np.maximum(width, 1), first[b][pair] + number % np.maximum(width, 1)
 
 
-def _segments_apart(a, b):
+def segments_apart(a, b):
     """Return the distance of the segments ``a`` and ``b`` (Q, 2, 2) [m], row by row; 0 where they cross."""
     def to_segment(points, ends):
         along, offset = ends[:, 1] - ends[:, 0], points - ends[:, 0]

@@ -68,9 +68,14 @@ def gather(candidates: Mapping[int, Candidate], robot_id: int, reach: float) -> 
 def standing_beside(discs: Iterable[tuple[ArrayLike, float]], members: Iterable[Candidate]
                     ) -> tuple[tuple[NDArray[np.float64], float], ...]:
     """Return the places (2,) [m] and radii [m] of ``discs`` without those that are members: they stand no more."""
-    ends = np.array([member.end for member in members])
-    return tuple((np.asarray(place, float), radius) for place, radius in discs
-                 if np.linalg.norm(ends - place, axis=1).min() > 0.5 * radius)
+    ends, found = np.array([member.end for member in members]), {}
+    for place, radius in discs:
+        place = np.asarray(place, float)
+        # One and the same body may be known twice.
+        key = *place.round(3).tolist(), radius
+        if key not in found and np.linalg.norm(ends - place, axis=1).min() > 0.5 * radius:
+            found[key] = place, radius
+    return tuple(found.values())
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,9 @@ Narrow passages come first: whoever must let others by has to know where two can
 """
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import copy
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import label, maximum_filter
@@ -27,6 +30,8 @@ _DETOUR = 4.0
 _FINE, _NODES = 4.0, 1 << 18
 #: Between samples of a segment [m].
 _STEP = 0.05
+#: Places around a disc, and how much farther out than they must be [m].
+_AROUND, _BEYOND = 20, 0.003
 
 
 class Roadmap:
@@ -129,6 +134,45 @@ class Roadmap:
     def has_lanes(self) -> bool:
         """Whether there are passages in which nobody passes anybody, and that cannot be driven round."""
         return bool(self._lanes.any())
+
+    def beside(self, discs: Sequence[tuple[ArrayLike, float]], gap: float) -> Roadmap:
+        """Return the roadmap with places all around ``discs`` where it is narrow beside them.
+
+        A lattice need have no place between a wall and a body that stands somewhere.
+
+        Parameters
+        ----------
+        discs : sequence of ((2,) array_like [m], float [m])
+            Places and radii of those who stand.
+        gap : float [m]
+            To be left between them and the largest body.
+        """
+        if not len(discs):
+            return self
+        centres = np.array([place for place, _ in discs], float)
+        need = np.array([radius for _, radius in discs], float) + self.widest + gap
+        angles = 2 * np.pi / _AROUND * np.arange(_AROUND)
+        # From one to the next in a straight line, it comes nearer than at both.
+        rings = need / np.cos(np.pi / _AROUND) + _BEYOND
+        places = centres[:, None] + rings[:, None, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        places = places.reshape(-1, 2)
+        room = self.environment.clearance(places)
+        apart = np.linalg.norm(places[:, None] - centres, axis=2) - need
+        is_own = np.arange(len(places))[:, None] // _AROUND == np.arange(len(centres))
+        others = np.where(is_own, np.inf, apart).min(axis=1)
+        is_tight = np.minimum(room - self.widest, others) < SPACING
+        return self._with(places[(room >= self.radius + TIGHT) & (others >= 0.0) & is_tight])
+
+    def _with(self, places):
+        """Return the roadmap with more places, joined to what is near."""
+        more = copy(self)
+        more._conflicts, count = {}, len(self.places)
+        more.places = np.concatenate([self.places, places])
+        who, where = more.near(places)
+        who = who + count
+        edges, rooms = more._edges(np.column_stack([where, who])[where < who], TIGHT)
+        more.edges, more.rooms = np.concatenate([self.edges, edges]), np.append(self.rooms, rooms)
+        return more
 
     # How it is made
 

@@ -3,21 +3,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joint_plans import WAYS, joint_plan
 
 from mobile_planning import Boundary, Environment, PolygonObstacle
-from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.coordination import Coordination
-from mobile_planning.fleet.follower import Follower
-from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan, JointStatus
-from mobile_planning.fleet.joint_request import Candidate, gather, standing_beside
 from mobile_planning.fleet.hold_up import HoldUp, Reason
+from mobile_planning.fleet.joint_message import MAX_MOVES, JointStatus
 from mobile_planning.fleet.message import Mode, RobotMsg
 
 RADIUS, CYCLE = 0.205, 0.25
-#: Two robots that have to pass each other's place, and one that is in nobody's way.
-WAYS = ([(0, 0), (1, 0)], [(1, 0), (2, 0)], [(0, 5), (1, 5)])
-NEEDS = ((((2, 1),),), ((),), ((),))
 
 
 def box(x_min, y_min, x_max, y_max):
@@ -27,10 +22,6 @@ def box(x_min, y_min, x_max, y_max):
 def doorway():
     walls = [box(-0.1, -2, 0.1, -0.325), box(-0.1, 0.325, 0.1, 2)]
     return Environment(Boundary((-2.5, 2.5), (-2, 2)), walls)
-
-
-def joint_plan(epoch=1, proposer=1, members=(1, 2, 3), ways=WAYS, needs=NEEDS, robot_id=None):
-    return JointPlan(proposer if robot_id is None else robot_id, 1, 1, epoch, proposer, members, ways, needs)
 
 
 def message(robot_id, place=(0.0, 0.0), goal=(0.0, 0.0), status=JointStatus(), mode=Mode.DRIVING, v_max=1.0):
@@ -416,84 +407,8 @@ def test_a_plan_is_said_again_until_all_members_have_it():
 # On the way
 
 
-def test_a_move_waits_for_the_moves_that_it_needs():
-    follower = Follower(joint_plan(), 1, 0.0)
-    follower.advance(np.zeros(2), np.zeros(2), 0.25)
-    assert follower.released == 0 and follower.waits_for(0) == [2]
-    assert np.allclose(follower.way(np.zeros(2))[-1], (0, 0))
-    follower.learn({2: 1, 1: 5})
-    assert follower.released == 1 and np.allclose(follower.way(np.zeros(2)), [(0, 0), (1, 0)])
-    assert follower.progress[1] == 0, 'nobody knows better than the robot itself'
-
-
-def test_the_end_of_the_plan_in_force_counts_for_others_and_the_body_for_the_way():
-    follower = Follower(joint_plan(ways=([(0, 0), (1, 0)], [(1, 0), (2, 0), (3, 0)], WAYS[2]),
-                                   needs=(NEEDS[0], ((), ()), ((),))), 2, 0.0)
-    follower.advance(np.array((1.1, 0.0)), np.array((2.9, 0.0)), 0.25)
-    assert follower.done == 0 and follower.progress[2] == 2
-    assert np.allclose(follower.way((1.1, 0.0)), [(1.1, 0), (2, 0), (3, 0)])
-
-
-def test_what_is_released_there_and_back_may_be_left_out():
-    there_and_back = [(0, 0), (1, 0), (1, 1), (1, 0.05), (2, 0)]
-    follower = Follower(joint_plan(1, 1, (1,), (there_and_back,), (((),) * 4,)), 1, 0.0)
-    follower.advance(np.array((1.2, 0.05)), np.array((1.2, 0.05)), 0.25)
-    assert follower.done == 3
-
-
-def test_who_is_stuck_goes_back_to_the_line_of_its_move():
-    follower = Follower(joint_plan(), 3, 0.0)
-    for now in np.arange(0.0, 2.0, CYCLE):
-        follower.advance(np.array((0.5, 5.2)), np.array((0.5, 5.2)), now)
-    assert np.allclose(follower.way((0.5, 5.2)), [(0.5, 5.2), (0.5, 5.0), (1, 5)])
-
-
 def test_who_has_no_moves_is_not_called():
     own = coordination(1)
     own.hear(message(2), 0.0)
     own.hear(joint_plan(1, 2, (1, 2), ([(0, 0)], WAYS[1]), ((), ((),))), 0.0)
     assert own.is_following and not own.calls
-
-
-# Groups
-
-
-def candidates(**of):
-    return {int(name[1:]): Candidate(np.array((x, 0.0)), np.zeros(2), RADIUS, 0.0, frozenset(lanes),
-                                     frozenset(partners)) for name, (x, lanes, partners) in of.items()}
-
-
-def test_a_group_takes_in_partners_and_users_of_a_lane_and_theirs():
-    all_of_them = candidates(r1=(0, (), ()), r2=(1, (7,), ()), r3=(9, (7,), (4,)), r4=(12, (), ()), r5=(9, (), ()))
-    assert gather(all_of_them, 1, 2.5) == ([1, 2, 3, 4], True)
-    assert gather(all_of_them, 5, 2.5) == ([2, 3, 4, 5], True)
-    assert gather(candidates(r1=(0, (), ()), r2=(3, (), ())), 1, 2.5) == ([1], False)
-
-
-def test_a_member_that_rested_so_far_is_no_obstacle():
-    member = Candidate(np.array((1.0, 1.0)), np.zeros(2), RADIUS)
-    kept = standing_beside([((1.0, 1.05), RADIUS), ((2.0, 1.0), RADIUS)], [member])
-    assert [place.tolist() for place, _ in kept] == [[2.0, 1.0]]
-
-
-# Messages
-
-
-@pytest.mark.parametrize('change', [
-    dict(epoch=0), dict(members=(1, 1, 3)), dict(members=(2, 4, 3)), dict(members=(1, 2)),
-    dict(ways=(WAYS[0], WAYS[1], [(0, np.nan)])), dict(ways=(WAYS[0], WAYS[1], np.zeros((0, 2)))),
-    dict(ways=(WAYS[0], WAYS[1], np.zeros((MAX_MOVES + 2, 2))), needs=(NEEDS[0], NEEDS[1], ((),) * (MAX_MOVES + 1))),
-    dict(needs=(NEEDS[0], NEEDS[1], ())), dict(needs=((((2, 2),),), ((),), ((),))),
-    dict(needs=((((1, 1),),), ((),), ((),))), dict(needs=((((9, 1),),), ((),), ((),))),
-    dict(needs=((((2, 0),),), ((),), ((),))), dict(members=tuple(range(1, MAX_MEMBERS + 2))),
-])
-def test_a_joint_plan_that_cannot_be_carried_out_is_refused(change):
-    with pytest.raises(InvalidInput):
-        joint_plan(**change)
-
-
-@pytest.mark.parametrize('fields', [dict(epoch=-1), dict(stalled=np.nan), dict(stalled=-1.0), dict(progress={1: -1}),
-                                    dict(progress=dict.fromkeys(range(MAX_MEMBERS + 1), 0)), dict(proposer=0.5)])
-def test_a_status_out_of_range_is_refused(fields):
-    with pytest.raises(InvalidInput):
-        JointStatus(**fields)

@@ -42,6 +42,16 @@ def test_a_door_of_three_radii_is_found_wherever_it_lies(y):
     assert joins(Roadmap(wall_with_doors(y), RADIUS), (-2, 0), (2, 0))
 
 
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-0.06, 0.06), st.floats(-0.06, 0.06), st.floats(-0.15, 0.15))
+def test_a_door_of_three_radii_is_found_and_is_a_lane_however_it_lies_to_the_cells(x, y, angle):
+    along = np.array([(np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))])
+    corners = np.array([(-0.1, 0.3), (0.1, 0.3), (0.1, 6.0), (-0.1, 6.0)])
+    walls = [PolygonObstacle(each @ along + (x, y)) for each in (corners, -corners)]
+    roadmap = Roadmap(Environment(Boundary((-4, 4), (-3, 3)), walls), 0.2)
+    assert joins(roadmap, (-2, 0), (2, 0)) and roadmap.has_lanes
+
+
 def test_a_door_that_is_too_narrow_joins_nothing():
     assert not joins(Roadmap(wall_with_doors(0.0, width=0.4), RADIUS), (-2, 0), (2, 0))
 
@@ -101,6 +111,17 @@ def test_distances_to_segments_agree_with_one_at_a_time():
     rng = np.random.default_rng(1)
     a, b, points = rng.normal(size=(5, 2)), rng.normal(size=(5, 2)), rng.normal(size=(7, 2))
     assert np.allclose(distances(a, b, points), [point_to_segment(points, *ends) for ends in zip(a, b)])
+
+
+def test_places_beside_a_body_keep_the_gap_to_it_and_what_is_far_from_walls_needs_none():
+    roadmap = Roadmap(wall_with_doors(0.0), RADIUS)
+    assert len(roadmap.beside([((2.0, 0.0), RADIUS)], 0.035).places) == len(roadmap.places)
+    beside = roadmap.beside([((0.7, 0.2), RADIUS)], 0.035)
+    new, count = beside.places[len(roadmap.places):], len(roadmap.edges)
+    assert 0 < len(new) <= 20 and (np.linalg.norm(new - (0.7, 0.2), axis=1) >= 2 * RADIUS + 0.035).all()
+    assert np.array_equal(beside.edges[:count], roadmap.edges) and (beside.rooms >= RADIUS + TIGHT).all()
+    assert (beside.edges[count:].max(axis=1) >= len(roadmap.places)).all()
+    assert len(roadmap.conflicts(0.4)[0]) == len(roadmap.places)
 
 
 def test_a_world_without_extent_has_no_roadmap():
