@@ -163,32 +163,23 @@ class Plan:
 
     def states(self, times: NDArray) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]; v < 0 backwards."""
-        u = np.clip(np.asarray(times, float) / self.step - self.first_knot, 0.0, len(self.points) - 3)
+        from mobile_planning.fleet import bspline_kernels as kernels
+
+        times = np.asarray(times, float)
+        u = np.clip(times / self.step - self.first_knot, 0.0, len(self.points) - 3)
         span = np.minimum(u.astype(int), len(self.points) - 4)
-        u = (u - span)[:, None]
-        b = bezier(self.points)[span]
-        d = 3 * np.diff(b, axis=1) / self.step
-        dd = 2 * np.diff(d, axis=1) / self.step
-        position = (_bernstein(u, 3) @ b)[:, 0]
-        velocity = (_bernstein(u, 2) @ d)[:, 0]
-        acceleration = (_bernstein(u, 1) @ dd)[:, 0]
-        speed2 = (velocity**2).sum(axis=1)
-        # At the two ends of a move the velocity is zero and its direction that of the span's chord.
-        chord = b[:, 3] - b[:, 0]
-        towards = np.where(speed2[:, None] > 1e-16, velocity, chord)
-        backward = self._moves_backward()[span]
-        theta = np.arctan2(towards[:, 1], towards[:, 0])
-        theta = np.where(backward, wrap_angle(theta + np.pi), theta)
-        cross = velocity[:, 0] * acceleration[:, 1] - velocity[:, 1] * acceleration[:, 0]
-        omega = np.divide(cross, speed2, out=np.zeros_like(cross), where=speed2 > 1e-16)
+        states = kernels.states(self.points, self.step, u)
+        if self.reverse:
+            backward = self._moves_backward()[span]
+            states[backward, 2] = wrap_angle(states[backward, 2] + np.pi)
+            states[backward, 3] *= -1.0
         for first, last, start, turn in self._turns():
             inside = (span >= first) & (span < last)
-            share = (span + u[:, 0] - first) / (last - first)
-            theta[inside] = wrap_angle(start + share * turn)[inside]
-            omega[inside] = turn / ((last - first) * self.step)
-        after = np.asarray(times) >= self.end_knot * self.step
-        omega[after] = 0.0
-        return np.column_stack([position, theta, np.where(backward, -1.0, 1.0) * np.sqrt(speed2), omega])
+            if inside.any():
+                states[inside, 2] = wrap_angle(start + (u[inside] - first) / (last - first) * turn)
+                states[inside, 4] = turn / ((last - first) * self.step)
+        states[times >= self.end_knot * self.step, 4] = 0.0
+        return states
 
     def state(self, time: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at one ``time`` [s]."""
@@ -219,7 +210,8 @@ class Plan:
     @cached_property
     def _rests(self):
         """The runs of spans at rest: (first, last + 1, heading at the first, turn [rad], departs backwards)."""
-        resting = ~np.ptp(np.lib.stride_tricks.sliding_window_view(self.points, 4, axis=0), axis=2).any(axis=1)
+        stays = (self.points[1:] == self.points[:-1]).all(axis=1)
+        resting = stays[:-2] & stays[1:-1] & stays[2:]
         edges = np.flatnonzero(np.diff(np.concatenate([[False], resting, [False]])))
         rests, backward = [], self._starts_backward
         for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()):

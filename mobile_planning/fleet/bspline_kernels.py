@@ -52,6 +52,34 @@ def keeps_turn_rate(points, step, omega_max, pieces):
     return True
 
 
+@njit(f8[:, ::1](POINTS, f8, f8[::1]), nogil=True, cache=True)
+def states(points, step, times):
+    """Return x, y, direction of motion, speed and turn rate (N, 5) at ``times``, in steps from the first knot on.
+
+    Where the motion stands still its direction is that from the start to the end of the span.
+    """
+    result = np.empty((len(times), 5))
+    for row in range(len(times)):
+        span = min(int(times[row]), len(points) - 4)
+        u = times[row] - span
+        w = 1.0 - u
+        velocity, acceleration, chord = np.empty(2), np.empty(2), np.empty(2)
+        for axis in range(2):
+            p, q, r, s = (points[span, axis], points[span + 1, axis], points[span + 2, axis], points[span + 3, axis])
+            a, b, c, d = (p + 4 * q + r) / 6, (2 * q + r) / 3, (q + 2 * r) / 3, (q + 4 * r + s) / 6
+            result[row, axis] = w * w * (w * a + 3 * u * b) + u * u * (3 * w * c + u * d)
+            velocity[axis] = 3 * (w * w * (b - a) + 2 * u * w * (c - b) + u * u * (d - c)) / step
+            acceleration[axis] = 6 * (w * (c - 2 * b + a) + u * (d - 2 * c + b)) / step**2
+            chord[axis] = d - a
+        speed2, omega = velocity[0]**2 + velocity[1]**2, 0.0
+        if speed2 > 1e-16:
+            omega = (velocity[0] * acceleration[1] - velocity[1] * acceleration[0]) / speed2
+        towards = velocity if speed2 > 1e-16 else chord
+        result[row, 2], result[row, 3] = np.arctan2(towards[1], towards[0]), np.sqrt(speed2)
+        result[row, 4] = omega
+    return result
+
+
 @njit(b1(POINTS, f8), nogil=True, cache=True)
 def goes_on(points, rest):
     """Return whether the motion is one move, and no step of it points back from the last one.

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 
 import numpy as np
 
@@ -155,11 +156,18 @@ def wire_size(content: object) -> int:
         return 8
     if isinstance(content, np.ndarray):
         return 4 + 8 * content.size
-    if is_dataclass(content):
-        return sum(wire_size(getattr(content, each.name)) for each in fields(content))
+    names = _names(type(content))
+    if names:
+        return sum(wire_size(getattr(content, name)) for name in names)
     if isinstance(content, Mapping):
         return 4 + sum(wire_size(key) + wire_size(value) for key, value in content.items())
     return 4 + sum(wire_size(entry) for entry in content)
+
+
+@cache
+def _names(kind):
+    """Return the names of the fields of a dataclass; none of another kind."""
+    return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
 
 
 def _require_span(since, until):

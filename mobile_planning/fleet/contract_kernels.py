@@ -9,6 +9,7 @@ from numba import b1, f8, i8, njit, types, void
 
 # Arrays that are only read may be read-only.
 POINTS = types.Array(f8, 2, 'C', readonly=True)
+NUMBERS, INDICES = types.Array(f8, 1, 'C', readonly=True), types.Array(i8, 1, 'C', readonly=True)
 ROWS = f8[:, ::1]
 
 
@@ -85,6 +86,26 @@ def go_on(normals, offsets, line, later_normals, later_offsets):
         later_normals[span, 0], later_normals[span, 1] = normals[at, 0], normals[at, 1]
         for k in range(4):
             later_offsets[span, k] = offsets[at, k] if line + span <= last else offsets[last, 3]
+
+
+@njit(void(POINTS, POINTS, INDICES, INDICES, NUMBERS, f8, ROWS, ROWS), nogil=True, cache=True)
+def write_sides(normals, offsets, ends, lines, sides, radius, later_normals, bounds):
+    """Write what many contracts leave a disc of ``radius``: as many spans of each, from its own of ``lines`` on.
+
+    The lines of all are listed in turn; those of each end before its own of ``ends``. ``sides`` are 1 for the owner, -1
+    for the peer.
+    """
+    count, begin = len(later_normals) // len(ends), 0
+    for each in range(len(ends)):
+        row, end = each * count, ends[each]
+        go_on(normals[begin:end], offsets[begin:end], lines[each], later_normals[row:row + count],
+              bounds[row:row + count])
+        begin = end
+        for at in range(row, row + count):
+            later_normals[at, 0] *= sides[each]
+            later_normals[at, 1] *= sides[each]
+            for k in range(4):
+                bounds[at, k] = sides[each] * bounds[at, k] + radius
 
 
 @njit(f8(POINTS, i8, POINTS, POINTS, i8, i8, f8), nogil=True, cache=True)

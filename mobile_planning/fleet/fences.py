@@ -38,6 +38,15 @@ class Fences:
         """Return how far (K, 4) [m] the Bezier points (S, 4, 2) are inside their fences."""
         return np.einsum('qd,qkd->qk', self.normals, curves[self.spans]) - self.bounds
 
+    def within(self, points: NDArray, reach: NDArray) -> Fences:
+        """Return those that the plan of control points (n, 2) [m] comes nearer to than ``reach`` (S,) [m].
+
+        One number for each span of the plan; the last holds for all later ones.
+        """
+        from mobile_planning.fleet import section_kernels as kernels
+
+        return self.on(kernels.are_within(points, self.spans, self.normals, self.bounds, reach))
+
     def on(self, chosen: NDArray) -> Fences:
         """Return those of an index or a mask."""
         return Fences(self.spans[chosen], self.normals[chosen], self.bounds[chosen])
@@ -67,13 +76,27 @@ def of_contracts(bound: Sequence[tuple[Contract, bool]], first_span: int, count:
     first_span, count : int
     radius : float [m]
         Of this robot's disc.
+
+    Raises
+    ------
+    ValueError
+        A contract has not begun at ``first_span``.
     """
+    from mobile_planning.fleet import contract_kernels as kernels
+
     if not bound:
         return NONE
-    sides = np.repeat([1.0 if is_owner else -1.0 for _, is_owner in bound], count)[:, None]
-    normals, offsets = zip(*(contract.lines(first_span, count) for contract, _ in bound))
-    return Fences(np.arange(len(sides)) % count, sides * np.concatenate(normals),
-                  sides * np.concatenate(offsets) + radius)
+    contracts, sides = [contract for contract, _ in bound], [1.0 if is_owner else -1.0 for _, is_owner in bound]
+    late = max(contract.first_span for contract in contracts)
+    if first_span < late:
+        raise ValueError(f'span {first_span} lies before the first of a contract, {late}')
+    lengths = np.array([len(contract.normals) for contract in contracts])
+    lines = np.minimum([first_span - contract.first_span for contract in contracts], lengths)
+    normals, bounds = np.empty((len(bound) * count, 2)), np.empty((len(bound) * count, 4))
+    kernels.write_sides(np.concatenate([contract.normals for contract in contracts]),
+                        np.concatenate([contract.offsets for contract in contracts]), np.cumsum(lengths), lines,
+                        np.array(sides), radius, normals, bounds)
+    return Fences(np.tile(np.arange(count), len(bound)), normals, bounds)
 
 
 def of_discs(discs: Sequence[tuple[NDArray, float]], curves: NDArray, radius: float) -> Fences:

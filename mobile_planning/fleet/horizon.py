@@ -20,6 +20,8 @@ from mobile_planning.world.convex_pieces import ConvexPieces
 
 #: Static obstacles farther than this [m] are left to `shorten`, and so are all but so many of the nearest.
 _LOOK, _NEAREST = 1.5, 4
+#: Limits are kept but for so little, which a reach [m] must not overlook.
+_ROUNDING = 1e-6
 #: A robot at rest that would set out within this [rad] of its heading sets out along its heading.
 _AHEAD = 0.35
 #: A robot at rest does not set out for less than this [m], and then towards where it is so far away.
@@ -64,6 +66,8 @@ class Horizon:
             Of the other robots.
         """
         curves = bezier(old)
+        # Within its limits the robot gets nowhere near the rest; the commit tests them all the same.
+        own = own.within(old, self._problem.reach + _ROUNDING)
         look = np.minimum(self._problem.reach, _LOOK)[:, None]
         near = fences.of_pieces(self._pieces, curves, self._limits.radius, curves.min(axis=1) - look,
                                 curves.max(axis=1) + look, _NEAREST)

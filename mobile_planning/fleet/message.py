@@ -38,6 +38,9 @@ class LinkMode(IntEnum):
     FAR = 3
 
 
+_MODES = tuple(LinkMode)
+
+
 @dataclass(frozen=True)
 class Link:
     """What one robot says to another: its acknowledgement if its id is the higher, its grant if it is the lower.
@@ -67,7 +70,7 @@ class Link:
     granted: int = -1
 
     def __post_init__(self):
-        if self.mode not in list(LinkMode):
+        if self.mode not in _MODES:
             raise InvalidInput(f'a link has no mode {self.mode}, only 0 to {max(LinkMode)}')
         object.__setattr__(self, 'mode', LinkMode(self.mode))
         for name, least in (('epoch', 0), ('contract', 0), ('promised', 0), ('granted', -1)):

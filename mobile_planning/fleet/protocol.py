@@ -163,6 +163,8 @@ class Protocol:
 
     def _hear_contracts(self, message, side, now):
         other, before = message.robot_id, side
+        if self.robot_id not in message.answers and not any(offer.peer_id == self.robot_id for offer in message.offers):
+            return False
         if message.boot_epoch == side.other_epoch and self.robot_id in message.answers:
             side = side.reading(message.answers[self.robot_id], message.sequence, now, self._sent, self.terms)
         for offer in message.offers:

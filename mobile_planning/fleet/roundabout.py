@@ -84,6 +84,8 @@ def predict_crowd(positions: ArrayLike, goals: ArrayLike, radius: float,
         Of a robot.
     v_max : float [m/s]
     """
+    from mobile_planning.fleet import roundabout_kernels as kernels
+
     positions, goals = np.reshape(positions, (-1, 2)).astype(float), np.reshape(goals, (-1, 2)).astype(float)
     if len(positions) < _LEAST:
         return None
@@ -91,19 +93,9 @@ def predict_crowd(positions: ArrayLike, goals: ArrayLike, radius: float,
     headings = (goals - positions) / np.maximum(lengths, 1e-9)[:, None]
     # Distances, not times: half a second's drive at a time, twice that where there are many.
     stride = v_max * (1.0 if len(positions) > 16 else 0.5)
-    largest, centre = 0, None
-    for driven in np.arange(0.0, lengths.max(), max(stride, lengths.max() / 200)):
-        under_way = lengths >= driven - 0.5 * stride
-        if np.count_nonzero(under_way) < max(_LEAST, largest + 1):
-            break
-        places = positions[under_way] + headings[under_way] * np.minimum(driven, lengths[under_way])[:, None]
-        distance = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
-        count = np.arange(1, len(places) + 1)
-        crowded = np.sort(distance, axis=1) < _CROWDED * radius * np.sqrt(count)
-        size = np.where(crowded, count, 0).max(axis=1)
-        if size.max() > largest:
-            row, largest = size.argmax(), int(size.max())
-            centre = places[np.argsort(distance[row], kind='stable')[:largest]].mean(axis=0)
+    stride = max(stride, float(lengths.max()) / 200)
+    centre = np.empty(2)
+    largest = kernels.largest_crowd(positions, headings, lengths, stride, _CROWDED * radius, _LEAST, centre)
     return (centre, largest) if largest >= _LEAST else None
 
 

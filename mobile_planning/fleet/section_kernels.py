@@ -7,7 +7,7 @@ Every function has an explicit signature: it is compiled, or read from numba's c
 None holds the GIL.
 """
 import numpy as np
-from numba import f8, i8, njit, types, void
+from numba import b1, f8, i8, njit, types, void
 
 # Arrays that are only read may be read-only.
 MATRIX = types.Array(f8, 2, 'C', readonly=True)
@@ -160,6 +160,19 @@ def least_room(points, spans, normals, bounds):
             if not room >= least:
                 least = room
     return least
+
+
+@njit(b1[::1](MATRIX, INDICES, MATRIX, MATRIX, VECTOR), nogil=True, cache=True)
+def are_within(points, spans, normals, bounds, reach):
+    """Return of each fence whether the plan has less room to it than the ``reach`` of its span, or none at all."""
+    found = np.zeros(len(spans), np.bool_)
+    for q in range(len(spans)):
+        for k in range(4):
+            room = along_at(points, spans[q], k, normals[q, 0], normals[q, 1]) - bounds[q, k]
+            if not room >= reach[min(spans[q], len(reach) - 1)]:
+                found[q] = True
+                break
+    return found
 
 
 @njit(f8(VECTOR, VECTOR), nogil=True, cache=True)

@@ -30,7 +30,8 @@ class Surroundings:
         """Return what is known of the others at ``knot``."""
         heard = list(self._protocol.heard.values())
         plans = [message.plan for message in heard]
-        points = np.array([plan.control(max(knot, plan.first_knot), 3) for plan in plans]).reshape(-1, 3, 2)
+        rows = [min(max(knot - plan.first_knot, 0), len(plan.points) - 3) for plan in plans]
+        points = np.array([plan.points[row:row + 3] for plan, row in zip(plans, rows)]).reshape(-1, 3, 2)
         positions = (points[:, 0] + 4 * points[:, 1] + points[:, 2]) / 6
         velocities = (points[:, 2] - points[:, 0]) / np.array([2 * plan.step for plan in plans])[:, None]
         neighbours = [

@@ -82,6 +82,40 @@ def test_the_fences_of_several_contracts_stand_side_by_side():
     assert fences.room(np.zeros((3, 4, 2))) == pytest.approx(np.full((6, 4), 0.8))
 
 
+@settings(max_examples=60)
+@given(st.lists(st.tuples(walks(8), places, st.booleans()), min_size=1, max_size=4), st.integers(0, 9),
+       st.integers(1, 12))
+def test_the_fences_of_many_contracts_are_those_of_each_in_turn(peers, later, count):
+    own, bound = Plan.at_rest(0, 0.25, (0, 0, 0)), []
+    for points, away, is_owner in peers:
+        plans = (own, Plan(0, 0.25, points + away))[::1 if is_owner else -1]
+        contract = build(1, *plans, 0, RADIUS, RADIUS)
+        bound += [] if contract is None else [(contract, is_owner)]
+    fences = of_contracts(bound, later, count, RADIUS)
+    assert len(fences) == len(bound) * count
+    for row, (contract, is_owner) in enumerate(bound):
+        part, sign = fences.on(slice(row * count, (row + 1) * count)), 1.0 if is_owner else -1.0
+        normals, offsets = contract.lines(later, count)
+        assert part.spans.tolist() == list(range(count))
+        assert (part.normals == sign * normals).all() and (part.bounds == sign * offsets + RADIUS).all()
+
+
+def test_a_contract_that_has_not_begun_has_no_fences():
+    stands, far = (Plan.at_rest(5, 0.25, (x, 0, 0)) for x in (0, 2))
+    with pytest.raises(ValueError, match='span 4 lies before'):
+        of_contracts([(build(1, stands, far, 5, RADIUS, RADIUS), True)], 4, 3, RADIUS)
+
+
+@given(walks(8), st.integers(0, 2**31))
+def test_fences_within_reach_are_those_that_a_bezier_point_comes_near(points, seed):
+    rng = np.random.default_rng(seed)
+    angles, spans = rng.uniform(-3, 3, 20), rng.integers(0, 20, 20)
+    fences = Fences(spans, np.column_stack([np.cos(angles), np.sin(angles)]), rng.uniform(-9, 1, (20, 4)))
+    reach = rng.uniform(0, 6, len(points) - 3)
+    near = fences.room(rested(points, 20)).min(axis=1) < reach[np.minimum(spans, len(reach) - 1)]
+    assert (fences.within(points, reach).bounds == fences.bounds[near]).all()
+
+
 @settings(max_examples=100)
 @given(walks(8), st.lists(st.tuples(places, st.floats(0.05, 1.0)), min_size=1, max_size=3), st.integers(0, 2**31),
        st.sampled_from([0.02, 0.5]))

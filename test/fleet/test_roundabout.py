@@ -29,6 +29,22 @@ def test_three_are_no_crowd_nor_are_many_side_by_side():
     assert predict_crowd(row, row, RADIUS, 1.0) is None
 
 
+@given(st.lists(st.tuples(PLACES, PLACES), min_size=4, max_size=20))
+def test_a_crowd_is_the_largest_that_straight_drives_bring_together(robots):
+    places, goals = np.array(robots).transpose(1, 0, 2)
+    crowd = predict_crowd(places, goals, RADIUS, 1.0)
+    lengths = np.linalg.norm(goals - places, axis=1)
+    stride, most = 1.0 if len(places) > 16 else 0.5, 0
+    for driven in np.arange(0.0, lengths.max(), max(stride, lengths.max() / 200)):
+        going = lengths >= driven - stride / 2
+        if going.sum() <= max(3, most):
+            break
+        at = (places + (goals - places) * np.minimum(1, driven / np.maximum(lengths, 1e-9))[:, None])[going]
+        distances = np.sort(np.linalg.norm(at[:, None] - at, axis=2))
+        most = max(most, *(n for row in distances for n, far in enumerate(row, 1) if far < 1.5 * RADIUS * n**0.5))
+    assert (0 if crowd is None else crowd[1]) == (most if most >= 4 else 0)
+
+
 @given(st.lists(st.tuples(PLACES, PLACES), min_size=4, max_size=12))
 def test_the_prediction_is_that_of_any_order_in_size(robots):
     places, goals = np.array(robots).transpose(1, 0, 2)

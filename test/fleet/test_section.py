@@ -174,6 +174,17 @@ def test_whatever_the_new_plan_is_the_result_keeps_to_all_that_the_old_one_keeps
     assert result is old or keeps_limits(result, limits, step) and keeps_fences(result, fences)
 
 
+@settings(max_examples=300)
+@given(st.data())
+def test_fences_that_the_limits_keep_out_of_reach_change_nothing(data):
+    limits, step, old = data.draw(driven())
+    fences, new = data.draw(fences_of(old)), data.draw(others(old))
+    spans = len(old) - 3
+    reach = SectionProblem(limits, step, max(spans, 4)).reach[:spans] + 1e-6
+    assert (shorten(old, new, fences, limits, step)
+            == shorten(old, new, fences.within(old, reach), limits, step)).all()
+
+
 @settings(max_examples=100)
 @given(st.data(), st.sampled_from([np.nan, np.inf, -np.inf]))
 def test_what_is_no_plan_changes_nothing(data, garbage):
