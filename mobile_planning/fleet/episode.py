@@ -86,8 +86,8 @@ class Episode:
         self.vehicles = {robot.eyed: Vehicle(robot, start_time, float(skew)) for robot, skew in zip(robots, skews)}
         self._start_time = start_time
         shares = phases.random(len(robots)).tolist()
-        self._phases = {robot.eyed: share * robot.Tc for robot, share in zip(robots, shares)}
-        self._invariant = Invariant(list(self.vehicles.values())) if is_watched else None
+        self._phases = {robot.eyed: share * robot.cycle for robot, share in zip(robots, shares)}
+        self._invariant = Invariant(list(self.vehicles.values())) if is_watched and robots[0].method == 'contracts' else None
         self.breaches: list[Breach] = []
         self.least_distance, self.ended = np.inf, 0.0
         self._versions: set[tuple[int, int]] = set()
@@ -167,7 +167,7 @@ class Episode:
     def _wait(self, now, vehicle):
         """Return how long after its boot [s] the first cycle of ``vehicle`` begins."""
         if not self._faults.any_phase:
-            return float((vehicle.robot.phase - vehicle.clock(now)) % vehicle.robot.Tc)
+            return float((vehicle.robot.phase - vehicle.clock(now)) % vehicle.robot.cycle)
         return self._phases[vehicle.eyed]
 
     def _kill(self, now, vehicle, kill: Kill):
@@ -175,7 +175,7 @@ class Episode:
             return
         vehicle.kill()
         if kill.is_certified:
-            self._push(now + vehicle.robot.protocol.terms.rest_time, self._certify, vehicle, life=vehicle.life)
+            self._push(now + vehicle.robot.protocol.rest_time, self._certify, vehicle, life=vehicle.life)
         if kill.restart_after < np.inf:
             self._push(now + kill.restart_after, self._boot, vehicle)
 
@@ -192,7 +192,7 @@ class Episode:
     # What a process does
 
     def _cycle(self, now, vehicle):
-        self._push(now + vehicle.robot.Tc, self._cycle, vehicle, life=vehicle.life)
+        self._push(now + vehicle.robot.cycle, self._cycle, vehicle, life=vehicle.life)
         if vehicle.is_solving:
             return
         self._look_around(now, vehicle)

@@ -140,6 +140,11 @@ class RobotMsg:
             object.__setattr__(self, name, whole(name, getattr(self, name), 0))
 
     @property
+    def method(self) -> str:
+        """By which the sender plans: by the receding horizon a robot has a link to itself, see `Exchange`."""
+        return 'receding_horizon' if self.robot_id in self.links else 'contracts'
+
+    @property
     def done_planning(self) -> bool:
         """The seed's name of ``dp`` on the wire."""
         return self.dp

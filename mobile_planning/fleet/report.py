@@ -22,6 +22,8 @@ class Body:
         Of the acceleration as a vector; that of the turn rate is not judged.
     via : tuple of (3,) ndarray [m, m, rad]
         Goals to be reached before the last one, ``goal``, in order.
+    is_under_way : bool
+        It moves at its start: its first plan is taken as it begins, and only what follows must go on from it.
     """
 
     eyed: int
@@ -32,6 +34,7 @@ class Body:
     omega_max: float
     a_max: float
     via: tuple[NDArray[np.float64], ...] = ()
+    is_under_way: bool = False
 
     @property
     def goals(self) -> tuple[NDArray[np.float64], ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,9 @@ from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
+if TYPE_CHECKING:
+    from mobile_planning.fleet.horizon_robot import HorizonRobot
+
 #: Cycles between two looks for a crowd.
 _LOOK_AROUND = 3
 #: Joint plans may be made so long [s] before the start of a mission, when all have been heard.
@@ -58,7 +62,8 @@ class Robot:
     grid : OccupancyGrid or None
         Its occupied and unknown cells are obstacles too.
     method : str
-        ``'contracts'``.
+        ``'contracts'``, or ``'receding_horizon'``: then all is as `HorizonRobot` has it, other defaults and parameters
+        too.
     epoch : int
         Grows with each start of the robot's process, from 1 on.
     start_time : float [s]
@@ -77,12 +82,22 @@ class Robot:
         No path for the body leads to the goal.
     """
 
+    #: By which it plans.
+    method = 'contracts'
+
+    def __new__(cls, *args: object, method: str = 'contracts', **options: object) -> Robot | HorizonRobot:
+        """Return a robot that plans by ``method``."""
+        if method != 'receding_horizon':
+            return super().__new__(cls)
+        from mobile_planning.fleet.horizon_robot import HorizonRobot
+        return HorizonRobot(*args, **options)
+
     def __init__(self, eyed: int, kine_model: UnicycleKineModel, obstacles: Sequence[Obstacle] = (),
                  phy_boundary: Boundary | None = None, neigh: Sequence[int] = (), *,
                  grid: OccupancyGrid | None = None, method: str = 'contracts', epoch: int = 1,
                  start_time: float = 0.0, **options: object):
         if method != 'contracts':
-            raise InvalidInput(f'method is {method!r}; known is contracts')
+            raise InvalidInput(f'method is {method!r}; known are contracts and receding_horizon')
         if kine_model.u_init.any() or kine_model.u_final.any():
             raise InvalidInput(f'contracts go from rest to rest: u_init {kine_model.u_init} and u_final '
                                f'{kine_model.u_final} must be 0')
@@ -352,6 +367,11 @@ class Robot:
     def held_up(self) -> HoldUp | None:
         """Why the robot does not go on and for whom, as of the last commit; None if it does, or is done."""
         return None if self.is_done else self._coordination.held_up
+
+    @property
+    def cycle(self) -> float:
+        """Time [s] between two calls of `step`."""
+        return self.Tc
 
     @property
     def world_trouble(self) -> str:

@@ -55,13 +55,14 @@ def verify(solutions: Mapping[int, Solution], bodies: Sequence[Body], environmen
 
 def _jumps(track):
     """Say where a plan does not start as its predecessor goes on."""
-    plans, knots = np.arange(1, len(track.first)), track.first[1:]
+    plans = np.arange(2 if track.body.is_under_way else 1, len(track.first))
+    knots = track.first[plans]
     old, new = track.at(plans - 1, knots), track.at(plans, knots)
     jumps = np.abs(_AT_KNOT @ (track.points[new] - track.points[old])[:, :3]).max(axis=2) > TOLERANCE
     jumps = np.column_stack([jumps, np.abs(wrap_angle(track.theta[new] - track.theta[old])) > SAME_HEADING])
     return [f'robot {track.body.eyed}: {("position", "velocity", "acceleration", "heading")[what]} jumps at '
-            f'{track.time(knots[plan]):.3f} s, from {"its start" if plan == 0 else "the plan before"}'
-            for plan, what in np.argwhere(jumps)]
+            f'{track.time(knots[row]):.3f} s, from {"its start" if plans[row] == 1 else "the plan before"}'
+            for row, what in np.argwhere(jumps)]
 
 
 def _broken_limits(track, world):

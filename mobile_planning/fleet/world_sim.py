@@ -57,6 +57,9 @@ class WorldSim:
         self.episode: Episode | None = None
         if len(self.robots) != len(robots) or not robots:
             raise InvalidInput(f'robot ids must differ and there must be one robot: {[r.eyed for r in robots]}')
+        if len({robot.method for robot in robots}) > 1:
+            raise InvalidInput('all robots of a mission plan by one method, not '
+                               + ', '.join(f'{robot.eyed} by {robot.method}' for robot in robots))
         require_apart([replace(body_of(robot), radius=robot.limits.radius) for robot in robots])
 
     @property

@@ -1,0 +1,135 @@
+"""Options of the receding horizon, by the names of planning_sim's document."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil, isfinite
+
+from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.nonlinear import SOLVERS
+
+#: Knots of published plans are so far apart at most [s].
+_STEP = 0.125
+#: Spans of a section at most; turns before and after it come on top.
+MAX_SPANS = 80
+#: Solvers misbehave where costs exceed 1e6, says the document; the cost is the square of a distance.
+_FARTHEST = 1e3
+#: What may be set after a robot was made.
+SETTABLE = ('acc', 'fs_maxit', 'maxit', 'ls_maxit')
+
+
+@dataclass(frozen=True)
+class HorizonOptions:
+    """How a robot plans its sections.
+
+    Attributes
+    ----------
+    N_s : int
+        Sample times of a section, at which its constraints hold; between them a section is proved afterwards.
+    n_knots : int
+        Knot intervals of a section, which has three control points more.
+    t_init : float [s]
+        Later than the start of the mission, at which the robot sets out.
+    t_sup : float [s]
+        From the start of the mission; later no section is planned, and the robot stays where the last one ends.
+    Tc : float [s]
+        Between two sections: what is driven of each before the next begins.
+    Tp, Td : float [s]
+        Length of a section planned alone, and of one planned again among others.
+    detec_rho : float [m]
+        Obstacles farther away than this are not seen.
+    com_range : float [m]
+        Of the radio.
+    def_epsilon : float [m]
+        How far a section planned again may deviate from what was announced.
+    safe_epsilon : float [m]
+        Added to the distance to others, and taken from the range of the radio, at the sample times.
+    ls_time_opt_scale : float
+        Factor of the last section's cost, the square of the whole time.
+    dist_opt_offset : float [m]
+        The goal point is no farther away than this, which bounds the other sections' cost by its square.
+    ls_min_dist : float [m]
+        The last section begins where the goal is nearer than this and what is driven in Tc.
+    solver : str
+        ``'slsqp'`` (scipy) or ``'osqp'`` (sequential quadratic programs).
+    acc : float
+        The solver stops where the cost changes by less, and no constraint is broken by more.
+    fs_maxit, maxit, ls_maxit : int
+        Iterations of the first, of an intermediate, and of the last section.
+
+    Raises
+    ------
+    InvalidInput
+        A value is out of its range.
+    """
+
+    N_s: int = 20
+    n_knots: int = 6
+    t_init: float = 0.0
+    t_sup: float = 1e10
+    Tc: float = 1.0
+    Tp: float = 3.0
+    Td: float = 3.0
+    detec_rho: float = 3.0
+    com_range: float = 15.0
+    def_epsilon: float = 0.5
+    safe_epsilon: float = 0.1
+    ls_time_opt_scale: float = 1.0
+    dist_opt_offset: float = 100.0
+    ls_min_dist: float = 0.5
+    solver: str = 'slsqp'
+    acc: float = 1e-4
+    fs_maxit: int = 60
+    maxit: int = 40
+    ls_maxit: int = 60
+
+    def __post_init__(self):
+        for name, least, most in (('N_s', 4, 400), ('n_knots', 4, 40), ('fs_maxit', 1, 10_000), ('maxit', 1, 10_000),
+                                  ('ls_maxit', 1, 10_000)):
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+                raise InvalidInput(f'{name} is {value!r}, not a whole number in {least}..{most}')
+        for name, least, most in (('t_init', 0.0, 86400.0), ('Tc', 0.05, 10.0), ('Td', 4 * _STEP, 60.0),
+                                  ('Tp', 4 * _STEP, 60.0), ('detec_rho', 1e-3, _FARTHEST), ('com_range', 1e-3, 1e6),
+                                  ('def_epsilon', 1e-3, _FARTHEST), ('safe_epsilon', 0.0, 10.0),
+                                  ('ls_time_opt_scale', 1e-6, 1e6), ('dist_opt_offset', 1e-3, _FARTHEST),
+                                  ('ls_min_dist', 0.0, _FARTHEST), ('acc', 1e-12, 1.0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
+                    isfinite(value) and least <= value <= most):
+                raise InvalidInput(f'{name} is {value!r}, not in {least:g}..{most:g}')
+        if not self.t_sup > self.t_init:
+            raise InvalidInput(f't_sup is {self.t_sup} s, not later than t_init, {self.t_init} s')
+        if not self.Tc < self.Td <= self.Tp:
+            raise InvalidInput(f'Tc {self.Tc} s, Td {self.Td} s, Tp {self.Tp} s: they must be in this order, '
+                               'Tc < Td <= Tp')
+        if max(self.spans(self.Tp), self.n_knots) > MAX_SPANS or self.spans(self.Td) < self.n_knots:
+            raise InvalidInput(f'n_knots is {self.n_knots}, and Tp has {self.spans(self.Tp)} steps of {self.step:.3f} '
+                               f's and Td {self.spans(self.Td)}: not n_knots <= Td, Tp <= {MAX_SPANS}')
+        if self.solver not in SOLVERS:
+            raise InvalidInput(f'solver {self.solver!r} is not one of {", ".join(SOLVERS)}')
+
+    @property
+    def step(self) -> float:
+        """Time [s] between the knots of published plans: an even part of Tc."""
+        return self.Tc / self.knots
+
+    @property
+    def knots(self) -> int:
+        """Knots in Tc."""
+        return ceil(self.Tc / _STEP - 1e-9)
+
+    def spans(self, duration: float) -> int:
+        """Return how many whole spans a section of ``duration`` [s] has."""
+        return int(duration / self.step + 1e-9)
+
+    def with_option(self, name: str, value: float | None) -> HorizonOptions:
+        """Return the options with another accuracy or limit on iterations; None for the default.
+
+        Raises
+        ------
+        InvalidInput
+            There is no such option to set, or the value is out of its range.
+        """
+        if name not in SETTABLE:
+            raise InvalidInput(f'option {name!r} is not one of {", ".join(SETTABLE)}')
+        return replace(self, **{name: getattr(HorizonOptions, name) if value is None else value})

@@ -1,0 +1,575 @@
+"""HorizonRobot: a robot that plans by the receding horizon, section by section, at common times.
+
+In the time Tc before a section begins, a robot plans it alone and says so; hears what the others intend; where that
+conflicts, plans again among them; and drives it if all who count have granted it. Otherwise it goes on by the section
+before, which ends at rest.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from time import thread_time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
+from mobile_planning.fleet import plan_pairs
+from mobile_planning.fleet.bspline import Plan, splice
+from mobile_planning.fleet.exchange import Exchange, Peer, gap
+from mobile_planning.fleet.horizon_blocks import Block, Collision, Communication
+from mobile_planning.fleet.horizon_options import HorizonOptions
+from mobile_planning.fleet.kinematics import UnicycleKineModel
+from mobile_planning.fleet.message import Death, Mode, RobotMsg
+from mobile_planning.fleet.receding_horizon import Found, Kind, SectionPlanner, Start, seen_region
+from mobile_planning.fleet.report import Body
+from mobile_planning.fleet.section import Limits
+from mobile_planning.fleet.solution import Solution
+from mobile_planning.geometry import wrap_angle
+from mobile_planning.world.convex_pieces import ConvexPieces
+from mobile_planning.world.environment import Boundary, Environment
+from mobile_planning.world.obstacles import Obstacle
+from mobile_planning.world.occupancy_grid import OccupancyGrid
+
+#: A robot has arrived within this of its goal [m] and of its final heading [rad].
+GOAL_TOLERANCE = 0.02
+HEADING_TOLERANCE = 0.02
+#: Rounds of the exchange in the time of one section: alone, among all, among seniors, and the last word.
+_ROUNDS = 4
+#: A commit this near to its first knot [s] comes too late.
+_GUARD = 0.005
+#: Cycles start so long [s] after a round begins.
+_PHASE = 2e-3
+#: Rooms are short by rounding by no more than this [m].
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Intention:
+    """What a robot has planned and not yet said.
+
+    Attributes
+    ----------
+    first_knot : int
+        Of the section.
+    round : int
+        Of the exchange, in which it was planned.
+    plan : Plan or None
+        To propose; None to leave things as they are.
+    withdraws : bool
+        The candidate that was said before must not be driven.
+    kind : Kind
+    seconds : float [s]
+        To plan it.
+    found : Found or None
+        What became of the programs; None if there was none to solve.
+    """
+
+    first_knot: int
+    round: int
+    plan: Plan | None = None
+    withdraws: bool = False
+    kind: Kind = Kind.INTERMEDIATE
+    seconds: float = 0.0
+    found: Found | None = None
+
+
+@dataclass
+class SectionRecord:
+    """What one section took.
+
+    Attributes
+    ----------
+    kind : Kind
+    seconds : float [s]
+        In all rounds.
+    solves, infeasible, refused : int
+        Programs solved, those whose answer broke a constraint, and rounds that ended without a proved section.
+    """
+
+    kind: Kind
+    seconds: float = 0.0
+    solves: int = 0
+    infeasible: int = 0
+    refused: int = 0
+
+
+class HorizonRobot:
+    """One robot of a fleet that plans by the receding horizon, ``Robot(..., method='receding_horizon')``.
+
+    Parameters
+    ----------
+    eyed : int
+        Robot id; of two the lower is the senior.
+    kine_model : UnicycleKineModel
+    obstacles : sequence of Obstacle
+    phy_boundary : Boundary or None
+    neigh : sequence of int
+        Peers to stay within ``com_range`` of.
+    N_s, n_knots, t_init, t_sup
+        See `HorizonOptions`.
+    Tc : float [s] or None
+        Between two sections; None for the document's, 1.0 s.
+    Tp, Td, detec_rho, com_range, def_epsilon, safe_epsilon, ls_time_opt_scale, dist_opt_offset, ls_min_dist
+        See `HorizonOptions`.
+    rho : float [m]
+        Radius of the body.
+    grid : OccupancyGrid or None
+        Known from the start, unlike obstacles.
+    margin : float [m]
+        Added to the radius for tracking, clock and numeric errors.
+    epoch : int
+        Grows with each start of the robot's process, from 1 on.
+    start_time : float [s]
+        When the robot is switched on, on the fleet's common clock.
+    solver : str
+        See `HorizonOptions`.
+    patience : float [s]
+        A peer that is silent for longer counts as dead; infinite to wait for it for ever.
+
+    Attributes
+    ----------
+    eyed, k_mod, rho, neigh
+        As given.
+    planning_process : None
+        The process that plans is the caller's: the simulation's, or that of the node ``robot``.
+    sections : list of SectionRecord
+
+    Raises
+    ------
+    InvalidInput
+        A parameter is out of its range.
+    StartOccupied, GoalOccupied
+        The body does not fit there.
+    """
+
+    method = 'receding_horizon'
+    planning_process = None
+    #: It has no sensor for other bodies.
+    sensor_range = np.inf
+
+    def __init__(self, eyed: int, kine_model: UnicycleKineModel, obstacles: Sequence[Obstacle] = (),
+                 phy_boundary: Boundary | None = None, neigh: Sequence[int] = (), N_s: int = 20, n_knots: int = 6,
+                 t_init: float = 0.0, t_sup: float = 1e10, Tc: float | None = None, Tp: float = 3.0,
+                 Td: float | None = None, rho: float = 0.2, detec_rho: float = 3.0, com_range: float = 15.0,
+                 def_epsilon: float = 0.5, safe_epsilon: float = 0.1, ls_time_opt_scale: float = 1.0,
+                 dist_opt_offset: float = 100.0, ls_min_dist: float = 0.5, *, grid: OccupancyGrid | None = None,
+                 margin: float = 0.005, epoch: int = 1, start_time: float = 0.0, solver: str = 'slsqp',
+                 patience: float = 3.0):
+        self.options = HorizonOptions(
+            N_s=N_s, n_knots=n_knots, t_init=t_init, t_sup=t_sup, Tc=1.0 if Tc is None else Tc, Tp=Tp,
+            Td=min(3.0, Tp) if Td is None else Td, detec_rho=detec_rho, com_range=com_range, def_epsilon=def_epsilon,
+            safe_epsilon=safe_epsilon, ls_time_opt_scale=ls_time_opt_scale, dist_opt_offset=dist_opt_offset,
+            ls_min_dist=ls_min_dist, solver=solver)
+        if not (0 < rho <= 100 and 0 <= margin <= 10 and epoch >= 1 and patience > 0):
+            raise InvalidInput(f'rho {rho} m, margin {margin} m, epoch {epoch} or patience {patience} s is out of '
+                               'range: 0 < rho <= 100, 0 <= margin <= 10, epoch >= 1, patience > 0')
+        if kine_model.u_init.any() or kine_model.u_final.any():
+            raise InvalidInput(f'missions go from rest to rest: u_init {kine_model.u_init} and u_final '
+                               f'{kine_model.u_final} must be 0')
+        self.eyed, self.k_mod, self.rho, self.neigh = int(eyed), kine_model, float(rho), tuple(neigh)
+        self.Tc, self._step, self._knots = self.options.Tc, self.options.step, self.options.knots
+        v_max, omega_max = kine_model.u_max
+        self.limits = Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin)
+        self._margin, self._grid, self._patience = margin, grid, patience
+        self._require_reach()
+        self.environment = Environment(phy_boundary, obstacles, grid)
+        self._require_room()
+        self._seen: tuple[tuple, Environment, ConvexPieces] | None = None
+        self._planner = SectionPlanner(self.options, self.limits, kine_model.z_final)
+        self.mode, self.sections = Mode.WAITING, []
+        first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
+        self._plans, self._now, self._mission_start = [first], float(start_time), np.inf
+        self.protocol = Exchange(self.eyed, int(epoch), first, self._are_clear, patience,
+                                 self.options.Tp + 2 * self.Tc + 2 * np.pi / omega_max)
+        self._target, self._round, self._is_last, self._has_news = None, 0, False, False
+
+    def _require_reach(self):
+        """Raise InvalidInput where the robot could be surprised by what it does not see or hear in time."""
+        options, limits = self.options, self.limits
+        stopping = limits.v_max * 2 * options.Tc + limits.v_max**2 / (2 * limits.a_max) + limits.radius
+        if options.detec_rho < stopping:
+            raise InvalidInput(f'detec_rho {options.detec_rho} m is below {stopping:.3f} m, which the robot drives in '
+                               '2 Tc and needs to stop')
+        if options.com_range < self._far:
+            raise InvalidInput(f'com_range {options.com_range} m is below {self._far:.3f} m, within which two robots '
+                               'of this kind can meet before they hear each other again')
+
+    @property
+    def _far(self):
+        """Farther than this [m], two robots of this kind cannot meet by plans made now."""
+        return 2 * (self.limits.v_max * (self.options.Tp + 2 * self.Tc) + self.limits.radius)
+
+    def _require_room(self):
+        places, need = np.array([self.k_mod.z_init, self.k_mod.z_final]), self.limits.radius
+        for place, free, error, name in zip(places, self.environment.clearance(places), (StartOccupied, GoalOccupied),
+                                            ('start', 'goal')):
+            if free < need - _ROUNDING:
+                raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed} has {free:.3f} m of room, '
+                            f'with its margin it needs {need:.3f} m')
+
+    def restarted(self, epoch: int, now: float) -> HorizonRobot:
+        """Return the robot that a new process makes where the body now rests; it knows nothing of the others."""
+        model, options = self.k_mod, self.options
+        moved = UnicycleKineModel(self.state(now)[:3], model.q_final, u_max=model.u_max, a_max=model.acc_max)
+        said = {each.name: getattr(options, each.name) for each in fields(options)}
+        settable = {name: said.pop(name) for name in ('acc', 'fs_maxit', 'maxit', 'ls_maxit')}
+        robot = HorizonRobot(self.eyed, moved, self.environment.obstacles, self.environment.boundary, self.neigh,
+                             rho=self.rho, grid=self._grid, margin=self._margin, epoch=epoch, start_time=now,
+                             patience=self._patience, **said)
+        for name, value in settable.items():
+            robot.set_option(name, value)
+        return robot
+
+    def set_option(self, name: str, value: float | None = None) -> None:
+        """Set the accuracy ``acc`` or the iterations ``fs_maxit``, ``maxit``, ``ls_maxit`` of first, intermediate and
+        last sections; None for the default.
+
+        Raises
+        ------
+        InvalidInput
+            There is no such option, or the value is out of its range.
+        """
+        self.options = self.options.with_option(name, value)
+        self._planner.options = self.options
+
+    # What a mission says
+
+    def join(self, roster: Sequence[int], resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
+        """Listen to the robots of ``roster``; of those in ``resting`` place and radius are known, see `Robot.join`."""
+        self.protocol.join(list(roster), resting or {}, self._now)
+
+    def start(self, roster: Sequence[int], start_time: float,
+              resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
+        """Drive from ``t_init`` after ``start_time`` [s] on, among the robots of ``roster``."""
+        self.join(roster, resting)
+        self._mission_start = float(start_time)
+
+    def stop(self) -> None:
+        """Finish the plan in force, which ends at rest, and stay there."""
+        self._mission_start = np.inf
+        self.protocol.drop()
+        if not self.is_done:
+            self.mode = Mode.STOPPED
+
+    # What goes in and out
+
+    def receive(self, message: RobotMsg | Death, now: float) -> bool:
+        """Take in a peer's ``message`` at ``now`` [s]; return whether it was news.
+
+        Raises
+        ------
+        InvalidInput
+            The peer plans by another method, or on other knots.
+        """
+        self._now = now
+        if isinstance(message, Death):
+            return self.protocol.bury(message)
+        if not isinstance(message, RobotMsg) or message.method != self.method:
+            raise InvalidInput(f'robot {message.robot_id} does not plan by {self.method}, as this one does: all robots '
+                               'of a mission plan by one method')
+        if message.plan is None or message.plan.step != self._step:
+            raise InvalidInput(f'robot {message.robot_id} has no plan with knots {self._step} s apart: robots share '
+                               'their knots, so their Tc must be one')
+        is_news = self.protocol.hear(message, now)
+        self._has_news |= is_news
+        return is_news
+
+    def step(self, now: float) -> list[RobotMsg]:
+        """Plan and commit what is due at ``now`` [s] and return the messages for all peers."""
+        return self.commit(self.plan_section(now), now)
+
+    def plan_section(self, now: float) -> Intention:
+        """Return what the robot intends in the round at ``now`` [s]; nothing changes until it is committed."""
+        self._now = now
+        first, number = self._due(now)
+        kind = self._kind(first)
+        if kind is None or number == _ROUNDS - 1:
+            return Intention(first, number)
+        began = thread_time()
+        found, plan, withdraws = self._planned(kind, first, number)
+        return Intention(first, number, plan, withdraws, kind, thread_time() - began, found)
+
+    def commit(self, intention: Intention, now: float) -> list[RobotMsg]:
+        """Propose what is intended, put in force what is granted at ``now`` [s]; return the messages for all peers."""
+        self._now = now
+        self._round = intention.round
+        self._note(intention)
+        self._drop_what_is_late(now)
+        is_open = self._target != intention.first_knot and self._is_in_time(intention.first_knot)
+        if is_open and self._mission_start < np.inf:
+            if intention.plan is not None:
+                self.protocol.propose(intention.plan)
+            elif intention.withdraws:
+                self.protocol.drop()
+        self._settle(now)
+        self._update_mode(now)
+        return [self._message(now)]
+
+    @property
+    def has_answers(self) -> bool:
+        """Whether `answers` may have something to send."""
+        return self._has_news and self._may_grant
+
+    def answers(self, now: float) -> list[RobotMsg]:
+        """Return what is to be said at ``now`` [s] before the next step: grants, and that a section is driven."""
+        self._now, candidate, in_force = now, self.protocol.candidate, self.protocol.in_force
+        self._drop_what_is_late(now)
+        has_granted = self._settle(now)
+        is_news = has_granted or (candidate, in_force) != (self.protocol.candidate, self.protocol.in_force)
+        return [self._message(now)] if is_news else []
+
+    def observe(self, seen: Mapping[int, tuple[NDArray, float]], now: float) -> None:
+        """Take in what a presence sensor sees: nothing, this robot has none."""
+
+    # What can be asked
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the robot is at its goal and at rest."""
+        return self.mode is Mode.DONE
+
+    @property
+    def plan(self) -> Plan:
+        """The plan in force, from the knot that is being driven on."""
+        return splice(self._plans[-2:], max(self._knot, self._plans[-2:][0].first_knot))
+
+    @property
+    def cycle(self) -> float:
+        """Time [s] between two calls of `step`: a round of the exchange."""
+        return self.Tc / _ROUNDS
+
+    @property
+    def phase(self) -> float:
+        """Where within Tc [s] a cycle starts best."""
+        return _PHASE
+
+    def until_cycle(self, now: float) -> float:
+        """Return how long [s] after a cycle at ``now`` [s] the next one starts best, half a cycle at least."""
+        wait = float((_PHASE - now) % self.cycle)
+        return wait if wait >= self.cycle / 2 else wait + self.cycle
+
+    @property
+    def sol(self) -> Solution:
+        """What the robot has driven so far: plans, and samples ``t``, ``x``, ``y``, ``theta``, ``v``, ``omega`` (N,)."""
+        return Solution(self.eyed, tuple(self._plans), self.is_done, tuple(self.ctime))
+
+    @property
+    def rtime(self) -> NDArray[np.float64]:
+        """Sample times (N,) [s] of `sol` from the first knot on, never more than 0.01 s apart."""
+        return self.sol.t
+
+    @property
+    def ctime(self) -> list[float]:
+        """Time [s] to plan each section, in all rounds."""
+        return [record.seconds for record in self.sections]
+
+    def state(self, now: float) -> NDArray[np.float64]:
+        """Return x, y, theta, v, omega (5,) at ``now`` [s] by the plan in force."""
+        return self._plan_at(now / self._step).state(now)
+
+    def heard(self) -> dict[int, RobotMsg]:
+        """Return the newest message of each peer heard."""
+        return self.protocol.heard
+
+    @property
+    def ignored(self) -> int:
+        """Messages that were own, stale or of robots outside the mission."""
+        return self.protocol.ignored
+
+    # How a section is planned
+
+    def _due(self, now):
+        """Return the first knot of the next section, and the round of its exchange."""
+        passed = now / self.Tc + 1e-9
+        section = int(np.floor(passed))
+        return (section + 1) * self._knots, min(int((passed - section) * _ROUNDS), _ROUNDS - 1)
+
+    def _kind(self, first):
+        """Return which section begins at the knot ``first``; None for none."""
+        since = first * self._step - self._mission_start
+        if (since < self.options.t_init - 1e-9 or since > self.options.t_sup or self._target == first or self.is_done
+                or self._is_last):
+            return None
+        left = np.linalg.norm(self.k_mod.z_final - self._start(first).motion(self._step)[0])
+        if left < self.options.ls_min_dist + self.Tc * self.limits.v_max:
+            return Kind.LAST
+        return Kind.FIRST if len(self._plans) == 1 else Kind.INTERMEDIATE
+
+    def _planned(self, kind, first, number):
+        """Return outcome, plan and whether to withdraw the candidate, in the round ``number``."""
+        candidate = self.protocol.candidate
+        if number == 0 or candidate is None and number == 1:
+            found, plan = self._solved(kind, first, [], self.options.Tp, ())
+            return found, plan, True
+        heeded = list(self.protocol.allowed())
+        heeded += [(other, plan) for other, plan in self.protocol.requests()
+                   if number == 1 or self.protocol.is_senior(other)]
+        if candidate is not None and all(self._are_clear(candidate.plan, other, plan) for other, plan in heeded):
+            return None, None, False
+        blocks = self._blocks(first, heeded)
+        if number == 1:
+            blocks.append(Communication(self._path(candidate.plan, first), self.options.def_epsilon))
+            heeded = list(self.protocol.allowed())
+        found, plan = self._solved(kind, first, blocks, self.options.Td, heeded)
+        return found, plan, number > 1
+
+    def _solved(self, kind, first, blocks: list[Block], duration, heeded):
+        """Return the outcome and the plan of one round, proved against the plans ``heeded`` of others."""
+        start, place = self._start(first), self.state(self._now)[:2]
+        if start.is_at_rest and self._is_at_goal(start.points[-1]):
+            plan = self._turned(Plan(first, self._step, np.repeat(start.points[-1:], 4, axis=0), start.heading))
+            return Found(plan.points), plan
+        seen, pieces = self._detected(place)
+        if len(seen.obstacles) < len(self.environment.obstacles):
+            blocks = [*blocks, seen_region(place, self.options.detec_rho, self.limits.radius)]
+        proved: list[Plan] = []
+
+        def prove(points: NDArray) -> bool:
+            plan = Plan(first, self._step, points, start.heading)
+            plan = self._turned(plan) if kind is Kind.LAST else plan
+            if self._is_proved(plan, seen, heeded):
+                proved.append(plan)
+            return bool(proved)
+
+        found = self._planner.plan(kind, start, pieces, blocks, duration=duration, prove=prove)
+        return found, proved[0] if proved else None
+
+    def _is_proved(self, plan, seen, heeded):
+        """Return whether the independent verifier finds nothing wrong with ``plan``, nor the pairs with others'."""
+        from mobile_planning.fleet.verification import verify
+
+        start, model = plan.state(plan.first_knot * plan.step)[:3], self.k_mod
+        body = Body(self.eyed, self.limits.radius, start, model.q_final, self.limits.v_max, self.limits.omega_max,
+                    self.limits.a_max, is_under_way=True)
+        report = verify({self.eyed: Solution(self.eyed, (plan,))}, [body], seen, plan.first_knot * plan.step)
+        return not report.violations and all(self._are_clear(plan, other, theirs) for other, theirs in heeded)
+
+    def _turned(self, plan):
+        """Return the last plan with a turn to the final heading at its end, which takes no room."""
+        arrival = float(plan.state(plan.end_knot * plan.step)[2])
+        turn = abs(float(wrap_angle(self.k_mod.q_final[2] - arrival)))
+        spans = int(np.ceil(turn / (self.limits.omega_max * plan.step) + 1e-6))
+        points = np.concatenate([plan.points, np.repeat(plan.points[-1:], spans, axis=0)])
+        return Plan(plan.first_knot, plan.step, points, plan.heading, float(self.k_mod.q_final[2]))
+
+    def _start(self, first):
+        plan = self._plan_at(first)
+        knot = max(first, plan.first_knot)
+        return Start(plan.control(knot, 3), float(plan.state(first * self._step)[2]),
+                     max(0.0, first * self._step - self._mission_start))
+
+    def _detected(self, place):
+        """Return the world as far as it is seen from ``place``, and its convex pieces."""
+        obstacles = tuple(obstacle for obstacle in self.environment.obstacles
+                          if obstacle.detected_dist(place) <= self.options.detec_rho)
+        if self._seen is None or self._seen[0] != obstacles:
+            seen = Environment(self.environment.boundary, obstacles, self._grid)
+            self._seen = obstacles, seen, ConvexPieces(seen)
+        return self._seen[1:]
+
+    def _blocks(self, first, heeded):
+        """Return the blocks of collision and communication for the plans ``heeded``, as far as they may matter."""
+        here, blocks, options = self._start(first).points[1], [], self.options
+        for other, plan in heeded:
+            path = self._path(plan, first)
+            away = float(np.linalg.norm(path(np.zeros(1))[0][0] - here))
+            need, moves = self._need(other), np.ptp(plan.points, axis=0).any()
+            if away <= need + (2 if moves else 1) * self.limits.v_max * options.Tp:
+                blocks.append(Collision(path, min(need + options.safe_epsilon, max(need, away - 1e-3))))
+            if other in self.neigh and away + 2 * self.limits.v_max * options.Tp >= options.com_range:
+                blocks.append(Communication(path, options.com_range - options.safe_epsilon))
+        return blocks
+
+    def _path(self, plan, first):
+        """Return where ``plan`` is, as a function of the time [s] since the knot ``first``."""
+        since = first * self._step
+
+        def path(times: NDArray) -> tuple[NDArray, NDArray]:
+            states = plan.states(since + times)
+            return states[:, :2], states[:, 3:4] * np.column_stack([np.cos(states[:, 2]), np.sin(states[:, 2])])
+        return path
+
+    # How it is agreed upon
+
+    def _need(self, other):
+        return self.limits.radius + self.protocol.peers[other].radius
+
+    def _are_clear(self, own, other, theirs):
+        knot = self._knot
+        if not plan_pairs.stay_apart(own, theirs, knot, self._need(other)):
+            return False
+        return other not in self.neigh or plan_pairs.stay_within(own, theirs, knot, self.options.com_range)
+
+    @property
+    def _may_grant(self):
+        """Whether the robot has said its own intention of this section, or has none."""
+        return self._round > 0 or self._is_last or self.mode is not Mode.DRIVING
+
+    def _settle(self, now):
+        """Grant what may be granted, and drive what all have granted; return whether anything was granted."""
+        self._has_news = False
+        has_granted = self._may_grant and self.protocol.grant()
+        candidate = self.protocol.candidate
+        if candidate is not None and self._is_in_time(candidate.plan.first_knot):
+            plan = self.protocol.take(now, self._is_far)
+            if plan is not None:
+                self._plans.append(plan)
+                self._target, self._is_last = plan.first_knot, bool(np.isfinite(plan.final_heading))
+        return has_granted
+
+    def _is_far(self, peer: Peer) -> bool:
+        return gap(self.state(self._now)[:2], peer, self._now) > self._far
+
+    def _is_in_time(self, first):
+        return self._now <= first * self._step - _GUARD
+
+    def _drop_what_is_late(self, now):
+        candidate = self.protocol.candidate
+        if candidate is not None and not self._is_in_time(candidate.plan.first_knot):
+            self.protocol.drop()
+
+    def _note(self, intention):
+        if intention.found is None:
+            return
+        if intention.round == 0 or not self.sections:
+            self.sections.append(SectionRecord(intention.kind))
+        record = self.sections[-1]
+        record.seconds += intention.seconds
+        record.solves += intention.found.solves
+        record.infeasible += intention.found.infeasible
+        record.refused += intention.plan is None
+
+    def _update_mode(self, now):
+        since = now - self._mission_start
+        if since < 0 or self.is_done:
+            return
+        self.mode = Mode.DRIVING if since <= self.options.t_sup else Mode.STOPPED
+        if self._is_at_goal(self._plans[-1].end) and now >= self._plans[-1].end_knot * self._step:
+            turn = wrap_angle(self.k_mod.q_final[2] - self.state(now)[2])
+            if abs(turn) <= HEADING_TOLERANCE:
+                self.mode = Mode.DONE
+
+    def _is_at_goal(self, place):
+        return bool(np.linalg.norm(place - self.k_mod.z_final) <= GOAL_TOLERANCE)
+
+    @property
+    def _knot(self):
+        return int(np.floor(self._now / self._step + 1e-9))
+
+    def _plan_at(self, knot):
+        """Return which of the plans drives at ``knot``: the last that has started, or the first."""
+        return next((plan for plan in reversed(self._plans) if plan.first_knot <= knot), self._plans[0])
+
+    def _message(self, now):
+        candidate, plans = self.protocol.candidate, self._plans[-2:]
+        if candidate is not None:
+            plans = [*plans, candidate.plan]
+        plan = splice(plans, max(self._knot, plans[0].first_knot))
+        path = plan.states(np.arange(plan.first_knot, plan.end_knot + 1) * self._step)
+        number = self.protocol.in_force.number if candidate is None else candidate.number
+        return RobotMsg(
+            self.is_done, path[:, 0], path[:, 1], self.state(now)[:2], robot_id=self.eyed,
+            boot_epoch=self.protocol.epoch, sequence=self.protocol.next_sequence(), mode=self.mode, plan=plan,
+            plan_seq=number, radius=self.limits.radius, v_max=self.limits.v_max, omega_max=self.limits.omega_max,
+            a_max=self.limits.a_max, goal=self.k_mod.z_final, links=self.protocol.links())
