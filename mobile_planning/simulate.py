@@ -9,6 +9,7 @@ import sys
 
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.faults import FaultKind, Faults, draw_faults
+from mobile_planning.fleet.scene import METHODS
 from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.outcome import check_film, film_mission, write_outcome
 
@@ -18,6 +19,7 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='simulate', description=__doc__.splitlines()[0])
     parser.add_argument('scene', help='YAML file of the scene')
     parser.add_argument('--robots', type=int, help='drive with so many robots')
+    parser.add_argument('--method', choices=METHODS, help='by which the robots plan, instead of the scene\'s')
     parser.add_argument('--seed', type=int, default=0, help='of all that is random')
     parser.add_argument('--loss', type=float, default=0.0, help='share of messages lost, 0 to 1')
     parser.add_argument('--delay', type=float, default=0.0, help='greatest extra delay of a message [s]')
@@ -41,7 +43,7 @@ def main(args: list[str] | None = None) -> int:
         faults = Faults(options.skew, any_phase=options.any_phase)
         if options.faults != 'none':
             faults = draw_faults(options.faults, [spec.id for spec in scene.robots], options.seed, options.skew)
-        simulation = scene.world_sim(margin=_margin(scene, options.skew))
+        simulation = scene.world_sim(margin=_margin(scene, options.skew), method=options.method or scene.method)
         report = simulation.run(options.seed, options.loss, options.delay, scene.timeout, faults=faults,
                                 errands=scene.errands(options.seed), check=not options.no_check)
         print(report.table())

@@ -290,11 +290,12 @@ class Agent:
         Raises
         ------
         InvalidInput
-            It comes from another process of this robot.
+            It comes from another process of this robot, or from a robot that plans by another method.
         """
         if message.robot_id == self._id and not isinstance(message, Death):
             self._notice_twin(message, now)
         elif self.robot is not None:
+            self._require_one_method(message)
             if not self._turn.acquire(blocking=False):
                 self._waiting.append((message, now))
                 return
@@ -348,6 +349,11 @@ class Agent:
             return [] if self.robot is None else self.robot.propose(plan, now)
 
     # How it works
+
+    def _require_one_method(self, message):
+        if isinstance(message, RobotMsg) and message.method != self.robot.method:
+            raise InvalidInput(f'robot {message.robot_id} plans by {message.method}, this one by '
+                               f'{self.robot.method}: all robots of a mission plan by one method')
 
     def _take_in_waiting(self):
         while self._waiting:

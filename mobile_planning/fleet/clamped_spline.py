@@ -1,7 +1,7 @@
 """Clamped cubic B-splines: how one section of the receding horizon is written, and how it becomes a published plan.
 
-A section of duration T is a spline on normalised time u = 0..1 with few knots. Where its knots lie on the fleet's grid of
-knots, it is a uniform spline on that grid too, point for point the same motion.
+A section of duration T is a spline on normalised time u = 0..1 with few knots. Where its knots lie on the fleet's grid
+of knots, it is a uniform spline on that grid too, point for point the same motion.
 """
 from __future__ import annotations
 

@@ -22,6 +22,10 @@ from mobile_planning.world.convex_pieces import ConvexPieces
 Path = Callable[[NDArray], tuple[NDArray, NDArray]]
 #: Nearer than this [m], two places have no direction between them.
 _NEAREST = 1e-9
+#: Lengths below this are rounded off, so that they have slopes at 0.
+_ROUND = 1e-3
+#: Slower than this [m/s], turn rates are not bounded here but by the proof afterwards.
+_CREEPS = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +83,17 @@ class Acceleration:
 
 
 def _within(most, vector, slope):
-    return ((most**2 - (vector**2).sum(axis=1)) / (2 * most), -np.einsum('sd,sdx->sx', vector, slope) / most)
+    length = np.sqrt((vector**2).sum(axis=1) + _ROUND**2)
+    return most - length, -np.einsum('sd,sdx->sx', vector / length[:, None], slope)
 
 
 @dataclass(frozen=True)
 class TurnRate:
-    """``|omega| <= most`` [rad/s], written ``|z'|^2 -/+ z' x z'' / most >= 0``, which has a meaning at rest too."""
+    """``|omega| <= most`` [rad/s], written ``|z'|^2 -/+ z' x z'' / most >= 0``, which has a meaning at rest too.
+
+    There it would leave a solver no room at all, so that it is loosened for motion slower than a few centimetres per
+    second.
+    """
 
     most: float
 
@@ -93,7 +102,7 @@ class TurnRate:
         cross = (vx * ay - vy * ax) / self.most
         turned, quarter = np.column_stack([ay, -ax]), np.column_stack([-vy, vx])
         slope = (np.einsum('sd,sdx->sx', turned, at.dv) + np.einsum('sd,sdx->sx', quarter, at.da)) / self.most
-        square, square_slope = (at.v**2).sum(axis=1), 2 * np.einsum('sd,sdx->sx', at.v, at.dv)
+        square, square_slope = (at.v**2).sum(axis=1) + _CREEPS**2, 2 * np.einsum('sd,sdx->sx', at.v, at.dv)
         return (np.concatenate([square - cross, square + cross]),
                 np.concatenate([square_slope - slope, square_slope + slope]))
 

@@ -78,9 +78,9 @@ class HorizonOptions:
     ls_min_dist: float = 0.5
     solver: str = 'slsqp'
     acc: float = 1e-4
-    fs_maxit: int = 60
-    maxit: int = 40
-    ls_maxit: int = 60
+    fs_maxit: int = 40
+    maxit: int = 20
+    ls_maxit: int = 30
 
     def __post_init__(self):
         for name, least, most in (('N_s', 4, 400), ('n_knots', 4, 40), ('fs_maxit', 1, 10_000), ('maxit', 1, 10_000),

@@ -351,7 +351,7 @@ class HorizonRobot:
 
     @property
     def sol(self) -> Solution:
-        """What the robot has driven so far: plans, and samples ``t``, ``x``, ``y``, ``theta``, ``v``, ``omega`` (N,)."""
+        """What was driven so far: the plans, and samples ``t``, ``x``, ``y``, ``theta``, ``v``, ``omega`` (N,)."""
         return Solution(self.eyed, tuple(self._plans), self.is_done, tuple(self.ctime))
 
     @property
@@ -483,11 +483,15 @@ class HorizonRobot:
 
     def _path(self, plan, first):
         """Return where ``plan`` is, as a function of the time [s] since the knot ``first``."""
-        since = first * self._step
+        since, known = first * self._step, {}
 
         def path(times: NDArray) -> tuple[NDArray, NDArray]:
-            states = plan.states(since + times)
-            return states[:, :2], states[:, 3:4] * np.column_stack([np.cos(states[:, 2]), np.sin(states[:, 2])])
+            # A section of fixed duration asks for the same times again and again.
+            if known.get('times') is None or not np.array_equal(known['times'], times):
+                states = plan.states(since + times)
+                along = np.column_stack([np.cos(states[:, 2]), np.sin(states[:, 2])])
+                known.update(times=times.copy(), places=states[:, :2], velocities=states[:, 3:4] * along)
+            return known['places'], known['velocities']
         return path
 
     # How it is agreed upon

@@ -35,9 +35,15 @@ _SMOOTH = 1e-2
 _FEASIBLE = 0.02
 #: First guesses reach so far, as a share of the way at full speed, and are bent so far to the right [m]: if two bend to
 #: the right, each passes the other on the same side.
-_GUESSES = ((0.7, 0.0), (0.1, 0.0), (0.5, 0.6), (0.5, -0.6))
+_GUESSES = ((0.7, 0.0), (0.5, 0.6), (0.1, 0.0), (0.5, -0.6))
 #: The last section's free duration is rounded up to the grid, or to one of the next so many knots.
 _LATER = 3
+#: Distances that a first guess keeps by more than this [m] come in when they are broken, in at most so many goes.
+_NEAR, _ROWS_ADDED = 0.5, 2
+#: Programs in one round: who finds nothing by then waits for the next.
+_SOLVES = 5
+#: Longest durations of the last section, tried one after the other, as multiples of its duration straight ahead.
+_LONGEST = np.array([1.3, 2.0, 4.0])
 
 
 class Kind(Enum):
@@ -172,6 +178,8 @@ class SectionPlanner:
             infeasible += violation > _FEASIBLE
             if violation <= _FEASIBLE and points is not None and prove(points):
                 return Found(points, solves, infeasible)
+            if solves == _SOLVES:
+                break
         return Found(None, solves, infeasible)
 
     def _candidates(self, kind, start, pieces, others, duration) -> Iterator[tuple[NDArray | None, float]]:
@@ -229,14 +237,17 @@ class SectionPlanner:
         samples = max(6, round(options.N_s * full))
         shape = SectionShape(np.linspace(0, 1, intervals + 1), motion, None, goal=self._goal, direction=direction,
                              samples=level.samples * samples)
-        shortest, longest = max(intervals * step, left / self._limits.v_max), 2 * options.Tp
-        first = min(longest, left / self._limits.v_max + self._limits.v_max / self._limits.a_max)
+        shortest = max(intervals * step, left / self._limits.v_max)
+        first = max(shortest, left / self._limits.v_max + self._limits.v_max / self._limits.a_max)
         hessian, gradient = shape.roughness()
         hessian, gradient = _SMOOTH * hessian, _SMOOTH * gradient
         hessian[-1, -1] += 2 * options.ls_time_opt_scale
         gradient[-1] += 2 * options.ls_time_opt_scale * start.elapsed
-        answer = self._run(shape, hessian, gradient, blocks, shape.guess(self._goal, first, guess[1]), shortest, longest,
-                           options.ls_maxit)
+        for longest in first * _LONGEST:
+            answer = self._run(shape, hessian, gradient, blocks, shape.guess(self._goal, first, guess[1]), shortest,
+                               longest, options.ls_maxit)
+            if answer.violation <= _FEASIBLE:
+                break
         least = int(np.ceil(shape.duration(answer.x) / step - 1e-6))
         best = (None, np.inf, warm)
         for spans in range(least, least + _LATER + 1):
@@ -271,8 +282,20 @@ class SectionPlanner:
 
         reach = 2 * self._limits.v_max * longest + 1.0
         low, high = shape.bounds(reach, shortest, longest)
-        program = nonlinear.Program(hessian, gradient, constraints, low, high)
-        return nonlinear.solve(program, guess, self.options.solver, self.options.acc, limit)
+        x, values = guess, constraints(guess)[0]
+        # The limits of the body, whose four rows at each time come first, always count.
+        counts = (values < _NEAR) | (np.arange(len(values)) < 4 * len(shape.u))
+        for _ in range(_ROWS_ADDED):
+            program = nonlinear.Program(hessian, gradient, _rows(constraints, np.flatnonzero(counts)), low, high)
+            answer = nonlinear.solve(program, x, self.options.solver, self.options.acc, limit)
+            if not np.isfinite(answer.x).all():
+                return nonlinear.Answer(guess, np.inf, answer.iterations)
+            values = constraints(answer.x)[0]
+            is_new = (values < 0) & ~counts
+            if answer.violation > _FEASIBLE or not is_new.any():
+                break
+            x, counts = answer.x, counts | (values < _NEAR)
+        return nonlinear.Answer(answer.x, max(answer.violation, -values.min()), answer.iterations)
 
     def _blocks(self, level, pieces, place):
         """Return the blocks that every section has; an obstacle that no section can reach is left out."""
@@ -292,6 +315,14 @@ class SectionPlanner:
         if shape.ends_at_goal:
             points[-3:] = self._goal
         return np.concatenate([np.repeat(start.points[:1], hold, axis=0), points]), answer.violation, warm
+
+
+def _rows(constraints, rows):
+    """Return ``constraints`` without all but some of its rows."""
+    def some(x):
+        values, slopes = constraints(x)
+        return values[rows], slopes[rows]
+    return some
 
 
 def seen_region(place: NDArray, detec_rho: float, radius: float) -> Communication:

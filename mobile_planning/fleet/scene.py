@@ -4,8 +4,8 @@ Lengths are in metres, angles in radians, times in seconds.
 """
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MAX_ROBOTS = 256
 #: Room beside a body at a goal that is drawn [m].
 _MARGIN = 0.025
+METHODS = 'contracts', 'receding_horizon'
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +82,10 @@ class Scene:
         A mission longer than this has failed.
     endless : float [s]
         So long a robot that arrives is given a new goal, drawn from the free places of the world; 0 for never.
+    method : str
+        By which all robots plan, see `Robot`.
+    horizon : dict
+        Options of the method ``'receding_horizon'``, see `HorizonOptions`; other methods leave them alone.
     """
 
     name: str
@@ -92,6 +97,8 @@ class Scene:
     on_map: bool = False
     timeout: float = 60.0
     endless: float = 0.0
+    method: str = 'contracts'
+    horizon: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
         ids = [robot.id for robot in self.robots]
@@ -106,6 +113,15 @@ class Scene:
                                'all drive to the goals that they have')
         if self.endless and any(robot.via for robot in self.robots):
             raise InvalidInput('robots with a list of goals have no endless mission')
+        if self.method not in METHODS:
+            raise InvalidInput(f'method is {self.method!r}; known are {" and ".join(METHODS)}')
+        if self.horizon:
+            from mobile_planning.fleet.horizon_options import HorizonOptions
+            try:
+                HorizonOptions(**self.horizon)
+            except TypeError:
+                known = ', '.join(each.name for each in fields(HorizonOptions))
+                raise InvalidInput(f'the receding horizon has the options {known}, not {self.horizon!r}') from None
 
     def robot(self, robot_id: int, grid: OccupancyGrid | None = None, **options) -> Robot:
         """Return the robot with ``robot_id``; ``grid`` replaces the scene's, ``options`` go to ``Robot``.
@@ -118,6 +134,9 @@ class Scene:
         spec = next((spec for spec in self.robots if spec.id == robot_id), None)
         if spec is None:
             raise InvalidInput(f'scene {self.name} has the robots {[s.id for s in self.robots]}, not {robot_id}')
+        options = {'method': self.method, **options}
+        if options['method'] == 'receding_horizon':
+            options = {**self.horizon, **{name: value for name, value in options.items() if value is not None}}
         return Robot(spec.id, spec.kine_model(), self.obstacles, self.boundary, rho=spec.radius,
                      grid=self.grid if grid is None else grid, **options)
 

@@ -9,6 +9,8 @@ A file names its robots one by one::
       - {position: [3.0, 4.0], radius: 0.5}
       - {vertices: [[1, 1], [2, 1], [2, 2]]}
     timeout: 60
+    method: receding_horizon          # or contracts, the default
+    receding_horizon: {Tc: 0.5}       # options of that method, see HorizonOptions
     robots:
       - {id: 1, start: [2.0, 2.0, 0.0], goal: [8.0, 6.0, 0.0], radius: 0.2, u_max: [1.0, 5.0], a_max: [2.0, 10.0]}
 
@@ -40,6 +42,7 @@ from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 
 _WORLD = {'map', 'boundary', 'obstacles'}
 _MOST_GOALS = 1000
+_METHOD = {'method', 'receding_horizon'}
 
 
 def load_scene(path: str | Path, robots: int | None = None) -> Scene:
@@ -78,13 +81,15 @@ def _scene(path, content, robots):
         if not is_number(content.get(key, 0.0)):
             raise InvalidInput(f'{key} must be a number, not {content[key]!r}')
     scene = _drawn(path, content, robots) if 'scenario' in content else _listed(path, content, robots)
-    return replace(scene, name=str(content.get('name', path.stem)),
-                   timeout=float(content.get('timeout', scene.timeout)), endless=float(content.get('endless', 0.0)))
+    return replace(scene, name=str(content.get('name', path.stem)), method=content.get('method', scene.method),
+                   horizon=content.get('receding_horizon', {}), timeout=float(content.get('timeout', scene.timeout)),
+                   endless=float(content.get('endless', 0.0)))
 
 
 def _listed(path, content, robots):
     """Return the scene of a file that lists its robots."""
-    _refuse_unknown(content, {'name', 'timeout', 'endless', 'robots', *_WORLD}, 'a scene that lists its robots')
+    allowed = {'name', 'timeout', 'endless', 'robots', *_WORLD, *_METHOD}
+    _refuse_unknown(content, allowed, 'a scene that lists its robots')
     if not isinstance(content.get('robots'), list):
         raise InvalidInput(f'robots must be a list, not {content.get("robots")!r}')
     specs = [_robot(entry) for entry in content['robots']]
@@ -98,8 +103,8 @@ def _drawn(path, content, robots):
     """Return the scene of a file that names a family."""
     family, own_world = content['scenario'], _WORLD & set(content)
     known = scenarios.parameters(family)
-    _refuse_unknown(content, {'name', 'timeout', 'endless', 'scenario', 'seed', *_WORLD, *known},
-                    f'a scene of family {family}')
+    allowed = {'name', 'timeout', 'endless', 'scenario', 'seed', *_WORLD, *_METHOD, *known}
+    _refuse_unknown(content, allowed, f'a scene of family {family}')
     parameters = {key: value for key, value in content.items() if key in known}
     if robots is not None:
         parameters['robots'] = robots

@@ -81,8 +81,8 @@ class RobotNode(Node):
         self._history = self._body.left_behind()
         # The epoch is the system's time: simulated time begins anew with every simulation.
         epoch = max([int(time()), *(entry.epoch + 1 for entry in self._history)])
-        return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive, Tc=options.Tc, Tp=options.Tp,
-                     margin=options.margin, budget=options.budget, is_placed=options.simulate and not self._history)
+        return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive,
+                     is_placed=options.simulate and not self._history, **options.planning(scene))
 
     @property
     def epoch(self) -> int:

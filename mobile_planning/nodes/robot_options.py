@@ -36,6 +36,8 @@ class RobotOptions:
                                     read_only=True)
     localisation_margin: float = option(0.004, 'greatest error of the pose [m]', low=0.0, high=1.0, read_only=True)
     clock_margin: float = option(0.005, 'greatest error of the clock [s]', low=0.0, high=1.0, read_only=True)
+    method: str = option('', 'contracts or receding_horizon, one for all robots of a mission; empty: as the scene says',
+                         read_only=True)
     Tc: float = option(0.25, 'between two sections, twice the time between knots [s]', low=0.05, high=5.0,
                        read_only=True)
     Tp: float = option(3.0, 'length of a plan, 4 to 50 Tc [s]', low=0.2, high=60.0, read_only=True)
@@ -77,6 +79,13 @@ class RobotOptions:
     def ids(self) -> tuple[int, ...]:
         """The robots that the process drives."""
         return self.robots if self.is_several else (self.robot_id,)
+
+    def planning(self, scene: Scene) -> dict[str, object]:
+        """Return the options of `Robot`; those of the receding horizon but for the margin are the scene's."""
+        method = self.method or scene.method
+        if method == 'receding_horizon':
+            return {'method': method, 'margin': self.margin}
+        return {'method': method, 'Tc': self.Tc, 'Tp': self.Tp, 'margin': self.margin, 'budget': self.budget}
 
     def load_scene(self) -> Scene:
         """Return the scene that is named, or one of this robot alone on the map."""
