@@ -47,6 +47,18 @@ class UnicycleKineModel:
         self.z_init = self.phi_0(self.q_init)
         self.z_final = self.phi_0(self.q_final)
 
+    @staticmethod
+    def _unsigned_angle(angle: float) -> float:
+        """Return ``angle`` [rad] in [0, 2 pi).
+
+        Examples
+        --------
+        >>> UnicycleKineModel._unsigned_angle(-np.pi / 2) == 1.5 * np.pi
+        True
+        """
+        # One remainder of a tiny negative number is 2 pi itself, by rounding; the second makes it 0.
+        return float(np.mod(np.mod(angle, 2 * np.pi), 2 * np.pi))
+
     def phi_0(self, q: ArrayLike) -> NDArray[np.float64]:
         """Return z (2,) [m] of the pose ``q`` (3,)."""
         return np.asarray(q, float)[:2].copy()

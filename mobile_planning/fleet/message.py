@@ -149,6 +149,21 @@ class RobotMsg:
         """The seed's name of ``dp`` on the wire."""
         return self.dp
 
+    @property
+    def intended_path_z1(self) -> NDArray[np.float64]:
+        """The seed's name of ``ip_z1`` on the wire."""
+        return self.ip_z1
+
+    @property
+    def intended_path_z2(self) -> NDArray[np.float64]:
+        """The seed's name of ``ip_z2`` on the wire."""
+        return self.ip_z2
+
+    @property
+    def latest_z(self) -> NDArray[np.float64]:
+        """The seed's name of ``lz`` on the wire."""
+        return self.lz
+
 
 @dataclass(frozen=True)
 class Offer:

@@ -14,7 +14,7 @@ from mobile_planning.fleet.qp import QuadraticProgram
 SOLVERS = ('slsqp', 'osqp')
 #: Of the sequential programs: first and least reach of a step, the price of one unit of violation beside the objective,
 #: what keeps each Hessian positive definite, and the limit on OSQP's own iterations.
-_REACH, _LEAST_REACH, _PRICE, _DAMPING, _INNER = 0.5, 1e-4, 1e3, 1e-3, 4000
+_REACH, _LEAST_REACH, _PRICE, _DAMPING, _INNER = 0.5, 1e-4, 1e2, 1e-3, 300
 
 
 @dataclass(frozen=True, eq=False)

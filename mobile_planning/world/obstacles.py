@@ -206,6 +206,22 @@ class PolygonObstacle(Obstacle):
         """The distance from the centroid to the furthest vertex [m]."""
         return float(np.linalg.norm(self.vertices - self.centroid, axis=1).max())
 
+    @cached_property
+    def smallest_bounding_circle(self) -> tuple[NDArray[np.float64], float]:
+        """Centre (2,) [m] and radius [m] of the smallest circle that holds the polygon.
+
+        Examples
+        --------
+        >>> centre, radius = PolygonObstacle([(0, 0), (4, 0), (1, 1)]).smallest_bounding_circle
+        >>> centre.round(9).tolist(), round(radius, 9)
+        ([2.0, 0.0], 2.0)
+        """
+        import shapely
+
+        polygon = shapely.Polygon(self.vertices)
+        centre = shapely.get_coordinates(shapely.minimum_bounding_circle(polygon).centroid)[0]
+        return centre, float(shapely.minimum_bounding_radius(polygon))
+
     def distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the exact signed distance from each point to the nearest edge (see `Obstacle.distance`)."""
         points = finite_points(points)

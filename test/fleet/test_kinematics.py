@@ -77,3 +77,10 @@ def test_the_model_keeps_its_own_copy_of_the_caller_s_arrays():
     model = UnicycleKineModel(start, (1, 1, 0))
     start[0] = 7
     assert model.q_init[0] == 0 and model.z_init[0] == 0
+
+
+@given(st.floats(-50, 50))
+def test_an_unsigned_angle_is_the_same_direction_within_one_turn(angle):
+    unsigned = UnicycleKineModel._unsigned_angle(angle)
+    assert 0 <= unsigned < 2 * np.pi
+    assert wrap_angle(unsigned - angle) == pytest.approx(0.0, abs=1e-9)

@@ -172,3 +172,16 @@ def test_a_polygon_is_drawn_grey_with_a_dashed_outline_around():
 def test_the_circle_of_a_disc_is_as_asked():
     patch = RoundObstacle((1, 2), 2)._plt_circle(color='r', linestyle='dashed', filled=True, alpha=0.5, offset=1)
     assert (patch.radius, patch.get_linestyle(), patch.get_fill(), patch.get_alpha()) == (3.0, 'dashed', True, 0.5)
+
+
+@given(star_polygons())
+def test_the_smallest_bounding_circle_holds_the_polygon_and_is_no_larger_than_need_be(vertices):
+    polygon = PolygonObstacle(vertices)
+    centre, radius = polygon.smallest_bounding_circle
+    away = np.linalg.norm(polygon.vertices - centre, axis=1)
+    assert away.max() == pytest.approx(radius, rel=1e-6)
+    assert radius <= polygon.bounding_circle_radius * (1 + 1e-9)
+    # It is the smallest: wherever its centre is moved to, some vertex gets farther away.
+    for angle in np.linspace(0, 2 * np.pi, 16):
+        moved = centre + 1e-3 * radius * np.array([np.cos(angle), np.sin(angle)])
+        assert np.linalg.norm(polygon.vertices - moved, axis=1).max() >= radius * (1 - 1e-6)
