@@ -8,13 +8,14 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / 'docs' / 'planning_sim.md').read_text(encoding='utf-8')
 #: The index of planning_sim's document.
 NAMES = '''_calculate_polygon_area _calculate_polygon_centroid _co_criterion _co_feqcons _co_fieqcons _comb_bsp
-_compute_conflicts _create_aug_vertices _detect_obst _gen_knots _log _ls_co_criterion _ls_co_feqcons _ls_co_fieqcons
-_ls_sa_criterion _ls_sa_feqcons _ls_sa_fieqcons _plan _plan_section _plt_circle _sa_criterion _sa_feqcons _sa_fieqcons
-_solve_opt_pbl _unsigned_angle acc_max Boundary bounding_circle_radius centroid ctime detected_dist done_planning eyed
-intended_path_z1 intended_path_z2 k_mod l latest_z Obstacle phi_0 phi_1 phi_2 phi_3 planning_process plot PolygonObstacle
-pt_2_obst q_dim q_final q_init radius rho Robot RobotMsg RoundObstacle rtime run set_option sol u_dim u_final u_init u_max
-UnicycleKineModel WorldSim x x_max x_min y y_max y_min z_dim z_final z_init N_s n_knots t_init t_sup Tc Tp Td detec_rho
-com_range def_epsilon safe_epsilon ls_time_opt_scale dist_opt_offset ls_min_dist'''.split()
+_compute_conflicts _create_aug_vertices _detect_obst _gen_knots _log _ls_co_criterion _ls_co_feqcons
+_ls_co_fieqcons _ls_sa_criterion _ls_sa_feqcons _ls_sa_fieqcons _plan _plan_section _plt_circle
+_sa_criterion _sa_feqcons _sa_fieqcons _solve_opt_pbl _unsigned_angle acc_max Boundary
+bounding_circle_radius centroid ctime detected_dist done_planning eyed intended_path_z1 intended_path_z2
+k_mod l latest_z Obstacle phi_0 phi_1 phi_2 phi_3 planning_process plot PolygonObstacle pt_2_obst q_dim
+q_final q_init radius rho Robot RobotMsg RoundObstacle rtime run set_option sol u_dim u_final u_init
+u_max UnicycleKineModel WorldSim x x_max x_min y y_max y_min z_dim z_final z_init N_s n_knots t_init
+t_sup Tc Tp Td detec_rho com_range def_epsilon safe_epsilon ls_time_opt_scale dist_opt_offset ls_min_dist'''.split()
 
 
 @pytest.mark.parametrize('name', NAMES)

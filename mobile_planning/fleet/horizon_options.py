@@ -10,7 +10,7 @@ from mobile_planning.fleet.nonlinear import SOLVERS
 #: Knots of published plans are so far apart at most [s].
 _STEP = 0.125
 #: Spans of a section at most; turns before and after it come on top.
-MAX_SPANS = 80
+MAX_SPANS = 64
 #: Solvers misbehave where costs exceed 1e6, says the document; the cost is the square of a distance.
 _FARTHEST = 1e3
 #: What may be set after a robot was made.

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
 from mobile_planning.fleet import plan_pairs
-from mobile_planning.fleet.bspline import Plan, splice
+from mobile_planning.fleet.bspline import MAX_POINTS, Plan, splice
 from mobile_planning.fleet.exchange import Exchange, Peer, gap
 from mobile_planning.fleet.horizon_blocks import Block, Collision, Communication
-from mobile_planning.fleet.horizon_options import HorizonOptions
+from mobile_planning.fleet.horizon_options import MAX_SPANS, HorizonOptions
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Death, Mode, RobotMsg
-from mobile_planning.fleet.receding_horizon import Found, Kind, SectionPlanner, Start, seen_region
+from mobile_planning.fleet.receding_horizon import LATER, Found, Kind, SectionPlanner, Start, seen_region
 from mobile_planning.fleet.report import Body
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.solution import Solution
@@ -191,6 +191,13 @@ class HorizonRobot:
         if options.detec_rho < stopping:
             raise InvalidInput(f'detec_rho {options.detec_rho} m is below {stopping:.3f} m, which the robot drives in '
                                '2 Tc and needs to stop')
+        # A turn before a section leaves it time, and what is said of it fits into a message.
+        turn = int(np.ceil(np.pi / (limits.omega_max * self._step))) + 1
+        spare = min(options.spans(options.Td) - options.n_knots,
+                    (MAX_POINTS - MAX_SPANS - LATER - self._knots - 5) // 2)
+        if turn > spare:
+            raise InvalidInput(f'omega_max {limits.omega_max} rad/s needs {turn * self._step:.2f} s to turn about; '
+                               f'with Tc {options.Tc} s and Td {options.Td} s there are {spare * self._step:.2f} s')
         if options.com_range < self._far:
             raise InvalidInput(f'com_range {options.com_range} m is below {self._far:.3f} m, within which two robots '
                                'of this kind can meet before they hear each other again')
@@ -399,6 +406,8 @@ class HorizonRobot:
     def _planned(self, kind, first, number):
         """Return outcome, plan and whether to withdraw the candidate, in the round ``number``."""
         candidate = self.protocol.candidate
+        if candidate is not None and candidate.plan.first_knot != first:
+            candidate = None                                        # of a section that was missed
         if number == 0 or candidate is None and number == 1:
             found, plan = self._solved(kind, first, [], self.options.Tp, ())
             return found, plan, True

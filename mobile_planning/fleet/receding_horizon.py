@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mobile_planning.fleet import clamped_spline, nonlinear
 from mobile_planning.fleet.horizon_blocks import (Acceleration, Block, Communication, Obstacles, Samples, Speed,
                                                   TurnRate)
-from mobile_planning.fleet.horizon_options import HorizonOptions
+from mobile_planning.fleet.horizon_options import MAX_SPANS, HorizonOptions
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.section_shape import SectionShape
 from mobile_planning.geometry import wrap_angle
@@ -37,7 +37,7 @@ _FEASIBLE = 0.02
 #: the right, each passes the other on the same side.
 _GUESSES = ((0.7, 0.0), (0.5, 0.6), (0.1, 0.0), (0.5, -0.6))
 #: The last section's free duration is rounded up to the grid, or to one of the next so many knots.
-_LATER = 3
+LATER = 3
 #: Distances that a first guess keeps by more than this [m] come in when they are broken, in at most so many goes.
 _NEAR, _ROWS_ADDED = 0.5, 2
 #: Programs in one round: who finds nothing by then waits for the next.
@@ -243,14 +243,14 @@ class SectionPlanner:
         hessian, gradient = _SMOOTH * hessian, _SMOOTH * gradient
         hessian[-1, -1] += 2 * options.ls_time_opt_scale
         gradient[-1] += 2 * options.ls_time_opt_scale * start.elapsed
-        for longest in first * _LONGEST:
+        for longest in np.minimum(first * _LONGEST, MAX_SPANS * step):
             answer = self._run(shape, hessian, gradient, blocks, shape.guess(self._goal, first, guess[1]), shortest,
                                longest, options.ls_maxit)
             if answer.violation <= _FEASIBLE:
                 break
         least = int(np.ceil(shape.duration(answer.x) / step - 1e-6))
         best = (None, np.inf, warm)
-        for spans in range(least, least + _LATER + 1):
+        for spans in range(least, least + LATER + 1):
             warm = shape.points(answer.x)
             fixed, result = self._on_grid(spans, motion, blocks, level, direction, self._goal, self._goal, guess, warm,
                                           options.ls_maxit, intervals)

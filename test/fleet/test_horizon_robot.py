@@ -107,8 +107,8 @@ def test_neighbours_stay_within_range_of_the_radio():
     # Alone, the first would be out of range before the second, which waits, sets out.
     ways = [((1, 2, 0.0), (17, 2, 0.0)), ((1, 4, 0.0), (17, 4, 0.0))]
     room = Boundary((0, 18), (0, 6))
-    robots = [robot(1, *ways[0], boundary=room, neigh=[2], com_range=11.0, **HORIZON),
-              robot(2, *ways[1], boundary=room, neigh=[1], com_range=11.0, t_init=14.0, **HORIZON)]
+    robots = [robot(1, *ways[0], boundary=room, neigh=[2], com_range=11.0, solver='osqp', **HORIZON),
+              robot(2, *ways[1], boundary=room, neigh=[1], com_range=11.0, t_init=12.5, **HORIZON)]
     simulation = mission(robots, boundary=room)
     report = simulation.run(timeout=60.0)
     assert report.valid, report.table()
@@ -214,7 +214,9 @@ def test_a_message_carries_the_seed_s_four_fields():
 
 @pytest.mark.parametrize('options, match', [
     ({'detec_rho': 1.0}, 'detec_rho'), ({'com_range': 5.0}, 'com_range'), ({'rho': 0.0}, 'rho'),
-    ({'margin': -1.0}, 'margin'),
+    ({'margin': -1.0}, 'margin'), ({'u_max': (1.0, 1.0)}, 'omega_max'),
+    ({'Tc': 6.0, 'Td': 7.9, 'Tp': 7.9}, 'detec_rho'),
+    ({'Tc': 6.0, 'Td': 7.9, 'Tp': 7.9, 'detec_rho': 50.0, 'com_range': 99.0}, 'omega_max'),
     ({'patience': 0.0}, 'patience'), ({'epoch': 0}, 'epoch'), ({'solver': 'newton'}, 'newton'), ({'N_s': 1}, 'N_s')])
 def test_an_option_out_of_its_range_is_refused(options, match):
     with pytest.raises(InvalidInput, match=match):

@@ -25,7 +25,7 @@ def largest_rates(solution):
 
 
 @pytest.mark.parametrize('options, words', [
-    ({'method': 'proposals'}, 'known is contracts'), ({'solver': 'simplex'}, 'simplex')])
+    ({'method': 'proposals'}, 'known are contracts'), ({'solver': 'simplex'}, 'simplex')])
 def test_a_method_or_solver_that_is_not_known_is_refused(options, words):
     with pytest.raises(InvalidInput, match=words):
         robot(1, *SWAP[0], **options)
