@@ -7,7 +7,7 @@ before, which ends at rest.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from time import thread_time
 
 import numpy as np
@@ -17,22 +17,21 @@ from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
 from mobile_planning.fleet import plan_pairs
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan, splice
 from mobile_planning.fleet.exchange import Exchange, Peer, gap
-from mobile_planning.fleet.horizon_blocks import Block, Collision, Communication
+from mobile_planning.fleet.horizon_blocks import Collision, Communication
 from mobile_planning.fleet.horizon_options import MAX_SPANS, HorizonOptions
+from mobile_planning.fleet.intention import Intention, SectionRecord
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Death, Mode, RobotMsg
-from mobile_planning.fleet.receding_horizon import LATER, Found, Kind, SectionPlanner, Start, seen_region
-from mobile_planning.fleet.report import Body
+from mobile_planning.fleet.proved_sections import ProvedSections, path_of
+from mobile_planning.fleet.receding_horizon import LATER, Kind, Start
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.geometry import wrap_angle
-from mobile_planning.world.convex_pieces import ConvexPieces
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
-#: A robot has arrived within this of its goal [m] and of its final heading [rad].
-GOAL_TOLERANCE = 0.02
+#: A robot at its goal is done within this of its final heading [rad].
 HEADING_TOLERANCE = 0.02
 #: Rounds of the exchange in the time of one section: alone, among all, among seniors, and the last word.
 _ROUNDS = 4
@@ -42,56 +41,6 @@ _GUARD = 0.005
 _PHASE = 2e-3
 #: Rooms are short by rounding by no more than this [m].
 _ROUNDING = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class Intention:
-    """What a robot has planned and not yet said.
-
-    Attributes
-    ----------
-    first_knot : int
-        Of the section.
-    round : int
-        Of the exchange, in which it was planned.
-    plan : Plan or None
-        To propose; None to leave things as they are.
-    withdraws : bool
-        The candidate that was said before must not be driven.
-    kind : Kind
-    seconds : float [s]
-        To plan it.
-    found : Found or None
-        What became of the programs; None if there was none to solve.
-    """
-
-    first_knot: int
-    round: int
-    plan: Plan | None = None
-    withdraws: bool = False
-    kind: Kind = Kind.INTERMEDIATE
-    seconds: float = 0.0
-    found: Found | None = None
-
-
-@dataclass
-class SectionRecord:
-    """What one section took.
-
-    Attributes
-    ----------
-    kind : Kind
-    seconds : float [s]
-        In all rounds.
-    solves, infeasible, refused : int
-        Programs solved, those whose answer broke a constraint, and rounds that ended without a proved section.
-    """
-
-    kind: Kind
-    seconds: float = 0.0
-    solves: int = 0
-    infeasible: int = 0
-    refused: int = 0
 
 
 class HorizonRobot:
@@ -172,11 +121,10 @@ class HorizonRobot:
         v_max, omega_max = kine_model.u_max
         self.limits = Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin)
         self._margin, self._grid, self._patience = margin, grid, patience
-        self._require_reach()
+        _require_reach(self.options, self.limits, self._far)
         self.environment = Environment(phy_boundary, obstacles, grid)
-        self._require_room()
-        self._seen: tuple[tuple, Environment, ConvexPieces] | None = None
-        self._planner = SectionPlanner(self.options, self.limits, kine_model.z_final)
+        _require_room(self.eyed, self.k_mod, self.environment, self.limits.radius)
+        self._sections = ProvedSections(kine_model, self.environment, self.limits, self.options)
         self.mode, self.sections = Mode.WAITING, []
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
         self._plans, self._now, self._mission_start = [first], float(start_time), np.inf
@@ -184,36 +132,10 @@ class HorizonRobot:
                                  self.options.Tp + 2 * self.Tc + 2 * np.pi / omega_max)
         self._target, self._round, self._is_last, self._has_news = None, 0, False, False
 
-    def _require_reach(self):
-        """Raise InvalidInput where the robot could be surprised by what it does not see or hear in time."""
-        options, limits = self.options, self.limits
-        stopping = limits.v_max * 2 * options.Tc + limits.v_max**2 / (2 * limits.a_max) + limits.radius
-        if options.detec_rho < stopping:
-            raise InvalidInput(f'detec_rho {options.detec_rho} m is below {stopping:.3f} m, which the robot drives in '
-                               '2 Tc and needs to stop')
-        # A turn before a section leaves it time, and what is said of it fits into a message.
-        turn = int(np.ceil(np.pi / (limits.omega_max * self._step))) + 1
-        spare = min(options.spans(options.Td) - options.n_knots,
-                    (MAX_POINTS - MAX_SPANS - LATER - self._knots - 5) // 2)
-        if turn > spare:
-            raise InvalidInput(f'omega_max {limits.omega_max} rad/s needs {turn * self._step:.2f} s to turn about; '
-                               f'with Tc {options.Tc} s and Td {options.Td} s there are {spare * self._step:.2f} s')
-        if options.com_range < self._far:
-            raise InvalidInput(f'com_range {options.com_range} m is below {self._far:.3f} m, within which two robots '
-                               'of this kind can meet before they hear each other again')
-
     @property
     def _far(self):
         """Farther than this [m], two robots of this kind cannot meet by plans made now."""
         return 2 * (self.limits.v_max * (self.options.Tp + 2 * self.Tc) + self.limits.radius)
-
-    def _require_room(self):
-        places, need = np.array([self.k_mod.z_init, self.k_mod.z_final]), self.limits.radius
-        for place, free, error, name in zip(places, self.environment.clearance(places), (StartOccupied, GoalOccupied),
-                                            ('start', 'goal')):
-            if free < need - _ROUNDING:
-                raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed} has {free:.3f} m of room, '
-                            f'with its margin it needs {need:.3f} m')
 
     def restarted(self, epoch: int, now: float) -> HorizonRobot:
         """Return the robot that a new process makes where the body now rests; it knows nothing of the others."""
@@ -238,7 +160,7 @@ class HorizonRobot:
             There is no such option, or the value is out of its range.
         """
         self.options = self.options.with_option(name, value)
-        self._planner.options = self.options
+        self._sections.options = self.options
 
     # What a mission says
 
@@ -405,62 +327,26 @@ class HorizonRobot:
 
     def _planned(self, kind, first, number):
         """Return outcome, plan and whether to withdraw the candidate, in the round ``number``."""
-        candidate = self.protocol.candidate
+        candidate, options = self.protocol.candidate, self.options
         if candidate is not None and candidate.plan.first_knot != first:
             candidate = None                                        # of a section that was missed
+
+        def find(blocks, duration, heeded):
+            return self._sections.find(kind, first, self._start(first), self.state(self._now)[:2], blocks, duration,
+                                       lambda plan: self._is_clear(plan, heeded))
         if number == 0 or candidate is None and number == 1:
-            found, plan = self._solved(kind, first, [], self.options.Tp, ())
-            return found, plan, True
-        heeded = list(self.protocol.allowed())
-        heeded += [(other, plan) for other, plan in self.protocol.requests()
-                   if number == 1 or self.protocol.is_senior(other)]
-        if candidate is not None and all(self._are_clear(candidate.plan, other, plan) for other, plan in heeded):
+            return *find([], options.Tp, ()), True
+        allowed = list(self.protocol.allowed())
+        heeded = allowed + [(other, plan) for other, plan in self.protocol.requests()
+                            if number == 1 or self.protocol.is_senior(other)]
+        if candidate is not None and self._is_clear(candidate.plan, heeded):
             return None, None, False
         blocks = self._blocks(first, heeded)
         if number == 1:
-            blocks.append(Communication(self._path(candidate.plan, first), self.options.def_epsilon))
-            heeded = list(self.protocol.allowed())
-        found, plan = self._solved(kind, first, blocks, self.options.Td, heeded)
-        return found, plan, number > 1
-
-    def _solved(self, kind, first, blocks: list[Block], duration, heeded):
-        """Return the outcome and the plan of one round, proved against the plans ``heeded`` of others."""
-        start, place = self._start(first), self.state(self._now)[:2]
-        if start.is_at_rest and self._is_at_goal(start.points[-1]):
-            plan = self._turned(Plan(first, self._step, np.repeat(start.points[-1:], 4, axis=0), start.heading))
-            return Found(plan.points), plan
-        seen, pieces = self._detected(place)
-        if len(seen.obstacles) < len(self.environment.obstacles):
-            blocks = [*blocks, seen_region(place, self.options.detec_rho, self.limits.radius)]
-        proved: list[Plan] = []
-
-        def prove(points: NDArray) -> bool:
-            plan = Plan(first, self._step, points, start.heading)
-            plan = self._turned(plan) if kind is Kind.LAST else plan
-            if self._is_proved(plan, seen, heeded):
-                proved.append(plan)
-            return bool(proved)
-
-        found = self._planner.plan(kind, start, pieces, blocks, duration=duration, prove=prove)
-        return found, proved[0] if proved else None
-
-    def _is_proved(self, plan, seen, heeded):
-        """Return whether the independent verifier finds nothing wrong with ``plan``, nor the pairs with others'."""
-        from mobile_planning.fleet.verification import verify
-
-        start, model = plan.state(plan.first_knot * plan.step)[:3], self.k_mod
-        body = Body(self.eyed, self.limits.radius, start, model.q_final, self.limits.v_max, self.limits.omega_max,
-                    self.limits.a_max, is_under_way=True)
-        report = verify({self.eyed: Solution(self.eyed, (plan,))}, [body], seen, plan.first_knot * plan.step)
-        return not report.violations and all(self._are_clear(plan, other, theirs) for other, theirs in heeded)
-
-    def _turned(self, plan):
-        """Return the last plan with a turn to the final heading at its end, which takes no room."""
-        arrival = float(plan.state(plan.end_knot * plan.step)[2])
-        turn = abs(float(wrap_angle(self.k_mod.q_final[2] - arrival)))
-        spans = int(np.ceil(turn / (self.limits.omega_max * plan.step) + 1e-6))
-        points = np.concatenate([plan.points, np.repeat(plan.points[-1:], spans, axis=0)])
-        return Plan(plan.first_knot, plan.step, points, plan.heading, float(self.k_mod.q_final[2]))
+            # What others intend they may plan again, so that only what they may drive already must be clear.
+            blocks.append(Communication(path_of(candidate.plan, first * self._step), options.def_epsilon))
+            return *find(blocks, options.Td, allowed), False
+        return *find(blocks, options.Td, heeded), True
 
     def _start(self, first):
         plan = self._plan_at(first)
@@ -468,20 +354,11 @@ class HorizonRobot:
         return Start(plan.control(knot, 3), float(plan.state(first * self._step)[2]),
                      max(0.0, first * self._step - self._mission_start))
 
-    def _detected(self, place):
-        """Return the world as far as it is seen from ``place``, and its convex pieces."""
-        obstacles = tuple(obstacle for obstacle in self.environment.obstacles
-                          if obstacle.detected_dist(place) <= self.options.detec_rho)
-        if self._seen is None or self._seen[0] != obstacles:
-            seen = Environment(self.environment.boundary, obstacles, self._grid)
-            self._seen = obstacles, seen, ConvexPieces(seen)
-        return self._seen[1:]
-
     def _blocks(self, first, heeded):
         """Return the blocks of collision and communication for the plans ``heeded``, as far as they may matter."""
         here, blocks, options = self._start(first).points[1], [], self.options
         for other, plan in heeded:
-            path = self._path(plan, first)
+            path = path_of(plan, first * self._step)
             away = float(np.linalg.norm(path(np.zeros(1))[0][0] - here))
             need, moves = self._need(other), np.ptp(plan.points, axis=0).any()
             if away <= need + (2 if moves else 1) * self.limits.v_max * options.Tp:
@@ -490,23 +367,13 @@ class HorizonRobot:
                 blocks.append(Communication(path, options.com_range - options.safe_epsilon))
         return blocks
 
-    def _path(self, plan, first):
-        """Return where ``plan`` is, as a function of the time [s] since the knot ``first``."""
-        since, known = first * self._step, {}
-
-        def path(times: NDArray) -> tuple[NDArray, NDArray]:
-            # A section of fixed duration asks for the same times again and again.
-            if known.get('times') is None or not np.array_equal(known['times'], times):
-                states = plan.states(since + times)
-                along = np.column_stack([np.cos(states[:, 2]), np.sin(states[:, 2])])
-                known.update(times=times.copy(), places=states[:, :2], velocities=states[:, 3:4] * along)
-            return known['places'], known['velocities']
-        return path
-
     # How it is agreed upon
 
     def _need(self, other):
         return self.limits.radius + self.protocol.peers[other].radius
+
+    def _is_clear(self, plan, others):
+        return all(self._are_clear(plan, other, theirs) for other, theirs in others)
 
     def _are_clear(self, own, other, theirs):
         knot = self._knot
@@ -558,13 +425,10 @@ class HorizonRobot:
         if since < 0 or self.is_done:
             return
         self.mode = Mode.DRIVING if since <= self.options.t_sup else Mode.STOPPED
-        if self._is_at_goal(self._plans[-1].end) and now >= self._plans[-1].end_knot * self._step:
+        if self._sections.is_at_goal(self._plans[-1].end) and now >= self._plans[-1].end_knot * self._step:
             turn = wrap_angle(self.k_mod.q_final[2] - self.state(now)[2])
             if abs(turn) <= HEADING_TOLERANCE:
                 self.mode = Mode.DONE
-
-    def _is_at_goal(self, place):
-        return bool(np.linalg.norm(place - self.k_mod.z_final) <= GOAL_TOLERANCE)
 
     @property
     def _knot(self):
@@ -586,3 +450,30 @@ class HorizonRobot:
             boot_epoch=self.protocol.epoch, sequence=self.protocol.next_sequence(), mode=self.mode, plan=plan,
             plan_seq=number, radius=self.limits.radius, v_max=self.limits.v_max, omega_max=self.limits.omega_max,
             a_max=self.limits.a_max, goal=self.k_mod.z_final, links=self.protocol.links())
+
+
+def _require_reach(options, limits, far):
+    """Raise InvalidInput where the robot could be surprised by what it does not see or hear in time."""
+    stopping = limits.v_max * 2 * options.Tc + limits.v_max**2 / (2 * limits.a_max) + limits.radius
+    if options.detec_rho < stopping:
+        raise InvalidInput(f'detec_rho {options.detec_rho} m is below {stopping:.3f} m, which the robot drives in '
+                           '2 Tc and needs to stop')
+    # A turn before a section leaves it time, and what is said of it fits into a message.
+    turn = int(np.ceil(np.pi / (limits.omega_max * options.step))) + 1
+    spare = min(options.spans(options.Td) - options.n_knots, (MAX_POINTS - MAX_SPANS - LATER - options.knots - 5) // 2)
+    if turn > spare:
+        raise InvalidInput(f'omega_max {limits.omega_max} rad/s needs {turn * options.step:.2f} s to turn about; '
+                           f'with Tc {options.Tc} s and Td {options.Td} s there are {spare * options.step:.2f} s')
+    if options.com_range < far:
+        raise InvalidInput(f'com_range {options.com_range} m is below {far:.3f} m, within which two robots of this '
+                           'kind can meet before they hear each other again')
+
+
+def _require_room(eyed, model, environment, need):
+    """Raise an error where the body does not fit at its start or goal."""
+    places = np.array([model.z_init, model.z_final])
+    for place, free, error, name in zip(places, environment.clearance(places), (StartOccupied, GoalOccupied),
+                                        ('start', 'goal')):
+        if free < need - _ROUNDING:
+            raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {eyed} has {free:.3f} m of room, with its '
+                        f'margin it needs {need:.3f} m')
