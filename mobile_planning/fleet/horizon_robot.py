@@ -74,7 +74,8 @@ class HorizonRobot:
     solver : str
         See `HorizonOptions`.
     patience : float [s]
-        A peer that is silent for longer counts as dead; infinite to wait for it for ever.
+        A peer that is silent for longer counts as dead, so that robots which live but do not hear each other for so
+        long may meet; infinite to wait for it for ever.
 
     Attributes
     ----------
@@ -104,7 +105,7 @@ class HorizonRobot:
                  def_epsilon: float = 0.5, safe_epsilon: float = 0.1, ls_time_opt_scale: float = 1.0,
                  dist_opt_offset: float = 100.0, ls_min_dist: float = 0.5, *, grid: OccupancyGrid | None = None,
                  margin: float = 0.005, epoch: int = 1, start_time: float = 0.0, solver: str = 'slsqp',
-                 patience: float = 3.0):
+                 patience: float = 10.0):
         self.options = HorizonOptions(
             N_s=N_s, n_knots=n_knots, t_init=t_init, t_sup=t_sup, Tc=1.0 if Tc is None else Tc, Tp=Tp,
             Td=min(3.0, Tp) if Td is None else Td, detec_rho=detec_rho, com_range=com_range, def_epsilon=def_epsilon,

@@ -8,6 +8,7 @@ from missions import ROOM, SWAP, mission, robot
 from mobile_planning import Boundary, InvalidInput, Robot, RobotMsg, RoundObstacle, UnicycleKineModel, WorldSim
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.channel import Partition
 from mobile_planning.fleet.faults import Faults, Join, Kill
 from mobile_planning.fleet.message import Mode
 from mobile_planning.fleet.nonlinear import SOLVERS
@@ -70,6 +71,14 @@ def test_a_dead_robot_does_not_block_the_others():
     report = simulation.run(timeout=40.0, faults=Faults(kills=(Kill(2, 1.5),)))
     assert report.violations == [] and simulation.robots[1].is_done, report.table()
     assert not simulation.solutions[2].done and nearest(simulation.solutions) >= 2 * 0.2
+
+
+@pytest.mark.parametrize('seed', range(2))
+def test_a_network_that_is_parted_for_less_than_the_patience_does_no_harm(seed):
+    simulation = pair()
+    cut = Faults(interruptions=(Partition(frozenset([1]), 0.5 + seed, 6.5 + seed),), any_phase=True)
+    report = simulation.run(seed, loss=0.3, timeout=40.0, faults=cut)
+    assert report.valid, report.table()
 
 
 def test_a_robot_that_restarts_arrives_too():
