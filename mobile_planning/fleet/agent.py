@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -310,7 +311,10 @@ class Agent:
         if self.robot is None or not self._turn.acquire(blocking=False):
             return []
         try:
-            return self.robot.answers(now)
+            messages = self.robot.answers(now)
+            # A section is put in force, by the receding horizon, as soon as the last grant is heard.
+            self._hand_over()
+            return messages
         finally:
             self._turn.release()
 
@@ -351,13 +355,16 @@ class Agent:
     # How it works
 
     def _require_one_method(self, message):
-        if isinstance(message, RobotMsg) and message.method != self.robot.method:
-            raise InvalidInput(f'robot {message.robot_id} plans by {message.method}, this one by '
+        method = message.method if isinstance(message, RobotMsg) else 'contracts'
+        if not isinstance(message, Death) and method != self.robot.method:
+            raise InvalidInput(f'robot {message.robot_id} plans by {method}, this one by '
                                f'{self.robot.method}: all robots of a mission plan by one method')
 
     def _take_in_waiting(self):
         while self._waiting:
-            self.robot.receive(*self._waiting.popleft())
+            # What the robot refuses it counts among the ignored; a section must not be lost by it.
+            with suppress(InvalidInput):
+                self.robot.receive(*self._waiting.popleft())
 
     def _hand_over(self):
         """Let the plan in force be driven, if it is new."""

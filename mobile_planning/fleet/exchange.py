@@ -196,6 +196,12 @@ class Exchange:
         self.in_force, self.candidate = self.candidate, None
         return self.in_force.plan
 
+    def forbidding(self, now: float, at_rest: bool) -> list[int]:
+        """Return the robots that have not granted the candidate and count at ``now`` [s], moving or ``at_rest``."""
+        return [] if self.candidate is None else [
+            other for other, peer in self.peers.items()
+            if peer.has_granted != self.candidate.number and not self.is_silent(other, now)]
+
     def is_clear(self, plan: Plan) -> bool:
         """Return whether ``plan`` is clear of all that the others may drive."""
         return all(self._are_clear(plan, other, theirs) for other, theirs in self.allowed())
@@ -219,11 +225,19 @@ class Exchange:
 
     # What goes out
 
-    def links(self) -> dict[int, Link]:
-        """Return what was granted to each peer and, under the own id, the number of the plan in force."""
-        links = {other: Link(peer.epoch, LinkMode.CON if peer.granted >= 0 else LinkMode.NONE,
-                             granted=peer.granted) for other, peer in self.peers.items()}
+    def links(self, now: float) -> dict[int, Link]:
+        """Return what was granted to each peer and, under the own id, the number of the plan in force.
+
+        Who counts as dead at ``now`` [s] is passed like an obstacle, and nobody is bound to him.
+        """
+        links = {other: Link(peer.epoch, self._mode(other, now), granted=peer.granted)
+                 for other, peer in self.peers.items()}
         return {**links, self.robot_id: Link(self.epoch, LinkMode.CON, granted=self.in_force.number)}
+
+    def _mode(self, other, now):
+        if self.is_silent(other, now):
+            return LinkMode.STATIC
+        return LinkMode.CON if self.peers[other].granted >= 0 else LinkMode.NONE
 
     def next_sequence(self) -> int:
         """Return the number of the next own message."""

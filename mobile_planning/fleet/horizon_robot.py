@@ -11,17 +11,20 @@ from dataclasses import fields
 from time import thread_time
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import GoalOccupied, InvalidInput, StartOccupied
+from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, PlanningError, StartOccupied, StartOutside
 from mobile_planning.fleet import plan_pairs
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan, splice
 from mobile_planning.fleet.exchange import Exchange, Peer, gap
 from mobile_planning.fleet.horizon_blocks import Collision, Communication
 from mobile_planning.fleet.horizon_options import MAX_SPANS, HorizonOptions
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.intention import Intention, SectionRecord
 from mobile_planning.fleet.kinematics import UnicycleKineModel
-from mobile_planning.fleet.message import Death, Mode, RobotMsg
+from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.proved_sections import ProvedSections, path_of
 from mobile_planning.fleet.receding_horizon import LATER, Kind, Start
 from mobile_planning.fleet.section import Limits
@@ -89,7 +92,7 @@ class HorizonRobot:
     ------
     InvalidInput
         A parameter is out of its range.
-    StartOccupied, GoalOccupied
+    StartOutside, GoalOutside, StartOccupied, GoalOccupied
         The body does not fit there.
     """
 
@@ -97,6 +100,8 @@ class HorizonRobot:
     planning_process = None
     #: It has no sensor for other bodies.
     sensor_range = np.inf
+    #: It has no contracts that could break.
+    broken: tuple[int, ...] = ()
 
     def __init__(self, eyed: int, kine_model: UnicycleKineModel, obstacles: Sequence[Obstacle] = (),
                  phy_boundary: Boundary | None = None, neigh: Sequence[int] = (), N_s: int = 20, n_knots: int = 6,
@@ -121,14 +126,17 @@ class HorizonRobot:
         self.Tc, self._step, self._knots = self.options.Tc, self.options.step, self.options.knots
         v_max, omega_max = kine_model.u_max
         self.limits = Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin)
-        self._margin, self._grid, self._patience = margin, grid, patience
+        self._margin, self._patience = margin, patience
         _require_reach(self.options, self.limits, self._far)
         self.environment = Environment(phy_boundary, obstacles, grid)
-        _require_room(self.eyed, self.k_mod, self.environment, self.limits.radius)
+        for name, place, outside, occupied in (('start', kine_model.z_init, StartOutside, StartOccupied),
+                                               ('goal', kine_model.z_final, GoalOutside, GoalOccupied)):
+            self._require_room(name, place, outside, occupied)
         self._sections = ProvedSections(kine_model, self.environment, self.limits, self.options)
-        self.mode, self.sections = Mode.WAITING, []
+        self._mode, self._is_paused, self.sections = Mode.WAITING, False, []
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
-        self._plans, self._now, self._mission_start = [first], float(start_time), np.inf
+        self._plans, self._commits, self._now, self._mission_start = [first], [np.nan], float(start_time), np.inf
+        self._is_blocked, self._no_room = False, ''
         self.protocol = Exchange(self.eyed, int(epoch), first, self._are_clear, patience,
                                  self.options.Tp + 2 * self.Tc + 2 * np.pi / omega_max)
         self._target, self._round, self._is_last, self._has_news = None, 0, False, False
@@ -145,7 +153,7 @@ class HorizonRobot:
         said = {each.name: getattr(options, each.name) for each in fields(options)}
         settable = {name: said.pop(name) for name in ('acc', 'fs_maxit', 'maxit', 'ls_maxit')}
         robot = HorizonRobot(self.eyed, moved, self.environment.obstacles, self.environment.boundary, self.neigh,
-                             rho=self.rho, grid=self._grid, margin=self._margin, epoch=epoch, start_time=now,
+                             rho=self.rho, grid=self.environment.grid, margin=self._margin, epoch=epoch, start_time=now,
                              patience=self._patience, **said)
         for name, value in settable.items():
             robot.set_option(name, value)
@@ -180,11 +188,103 @@ class HorizonRobot:
         self._mission_start = np.inf
         self.protocol.drop()
         if not self.is_done:
-            self.mode = Mode.STOPPED
+            self._mode = Mode.STOPPED
+
+    def set_goal(self, q_final: ArrayLike, now: float) -> None:
+        """Drive to another goal from ``now`` [s] on, whether the last one was reached or not.
+
+        The section in force stands, and the next one leads to the new goal. A robot that waits, is paused or was
+        stopped does so on, and drives to the new goal when it drives again.
+
+        Parameters
+        ----------
+        q_final : (3,) array_like [m, m, rad]
+        now : float [s]
+
+        Raises
+        ------
+        InvalidInput
+            It is not three finite numbers.
+        GoalOutside, GoalOccupied
+            The body does not fit there. The old goal stands.
+        """
+        self.k_mod = self._towards(q_final)
+        self._now, self._is_last, self._no_room = now, False, ''
+        self._sections = ProvedSections(self.k_mod, self.environment, self.limits, self.options)
+        self.protocol.drop()
+        if self.is_done:
+            self._mode = Mode.STOPPED if self._mission_start == np.inf else Mode.DRIVING
+
+    def require_goal(self, q_final: ArrayLike) -> None:
+        """Raise what `set_goal` would raise for a goal."""
+        self._towards(q_final)
+
+    def follow_path(self, poses: ArrayLike, now: float) -> None:
+        """Raise InvalidInput: a section is planned straight to the goal, without a way that could be given."""
+        raise InvalidInput(f'robot {self.eyed} plans by {self.method}, which takes goals only and no path; robots that '
+                           'plan by contracts take paths')
+
+    def pause(self, now: float) -> None:
+        """Drive the section in force to its end, where the robot rests, and stay until `resume`.
+
+        It speaks on and grants what the others intend; to them it has stopped.
+        """
+        self._now, self._is_paused = now, True
+        self.protocol.drop()
+
+    def resume(self, now: float) -> None:
+        """Drive on from ``now`` [s] on, if the robot was paused."""
+        self._now, self._is_paused = now, False
+
+    def enter(self, environment: Environment, now: float) -> None:
+        """Go by another static world from ``now`` [s] on.
+
+        The section in force stands, and the next one is proved in the new world. Where the section in force leads into
+        what is occupied by now, `world_trouble` says so; it is driven until the next section begins, which leads
+        around or comes to rest, if one can still be proved.
+
+        Parameters
+        ----------
+        environment : Environment
+        now : float [s]
+        """
+        self._now, self.environment = now, environment
+        self._sections = ProvedSections(self.k_mod, environment, self.limits, self.options)
+        self.protocol.drop()
+        self._is_blocked = not self._sections.is_free(self.plan)
+        self._is_last &= not self._is_blocked
+        try:
+            self.require_goal(self.k_mod.q_final)
+            self._no_room = ''
+        except PlanningError as error:
+            self._no_room = str(error)
+
+    @property
+    def world_trouble(self) -> str:
+        """Why the robot does not drive on in the world as it is; empty for nothing."""
+        blocked = 'the plan in force leads into what is occupied by now' if self._is_blocked else ''
+        return '; '.join(filter(None, (blocked, self._no_room)))
+
+    def _towards(self, q_final):
+        """Return the model that leads to a goal."""
+        made = self.k_mod
+        model = UnicycleKineModel(made.q_init, q_final, made.u_init, made.u_final, made.u_max, made.acc_max)
+        self._require_room('goal', model.z_final, GoalOutside, GoalOccupied)
+        return model
+
+    def _require_room(self, name, place, outside, occupied):
+        """Raise an error where the body does not fit at ``place`` (2,) [m]."""
+        x_min, y_min, x_max, y_max = self.environment.bounds
+        said, need = f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed}', self.limits.radius
+        if not (x_min <= place[0] <= x_max and y_min <= place[1] <= y_max):
+            raise outside(f'{said} lies outside the world, x in {x_min:g}..{x_max:g} m, y in {y_min:g}..{y_max:g} m')
+        free = float(self.environment.clearance(place[None])[0])
+        if free < need - _ROUNDING:
+            raise occupied(f'{said} has {free:.3f} m of room, with its margin it needs {need:.3f} m')
 
     # What goes in and out
 
-    def receive(self, message: RobotMsg | Death, now: float) -> bool:
+    def receive(self, message: RobotMsg | Contracts | Death | JointPlan, now: float) -> bool:
         """Take in a peer's ``message`` at ``now`` [s]; return whether it was news.
 
         Raises
@@ -196,9 +296,11 @@ class HorizonRobot:
         if isinstance(message, Death):
             return self.protocol.bury(message)
         if not isinstance(message, RobotMsg) or message.method != self.method:
+            self.protocol.ignored += 1
             raise InvalidInput(f'robot {message.robot_id} does not plan by {self.method}, as this one does: all robots '
                                'of a mission plan by one method')
         if message.plan is None or message.plan.step != self._step:
+            self.protocol.ignored += 1
             raise InvalidInput(f'robot {message.robot_id} has no plan with knots {self._step} s apart: robots share '
                                'their knots, so their Tc must be one')
         is_news = self.protocol.hear(message, now)
@@ -208,6 +310,15 @@ class HorizonRobot:
     def step(self, now: float) -> list[RobotMsg]:
         """Plan and commit what is due at ``now`` [s] and return the messages for all peers."""
         return self.commit(self.plan_section(now), now)
+
+    def take_request(self) -> JointRequest | None:
+        """Return None: this method has no joint plans."""
+
+    def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:
+        """Return nothing to be sent for None; a joint plan raises InvalidInput."""
+        if plan is not None:
+            raise InvalidInput(f'robot {self.eyed} plans by {self.method}, which has no joint plans')
+        return []
 
     def plan_section(self, now: float) -> Intention:
         """Return what the robot intends in the round at ``now`` [s]; nothing changes until it is committed."""
@@ -227,9 +338,9 @@ class HorizonRobot:
         self._note(intention)
         self._drop_what_is_late(now)
         is_open = self._target != intention.first_knot and self._is_in_time(intention.first_knot)
-        if is_open and self._mission_start < np.inf:
-            if intention.plan is not None:
-                self.protocol.propose(intention.plan)
+        if is_open and self._mission_start < np.inf and not self._is_paused:
+            if intention.new is not None:
+                self.protocol.propose(intention.new)
             elif intention.withdraws:
                 self.protocol.drop()
         self._settle(now)
@@ -255,9 +366,32 @@ class HorizonRobot:
     # What can be asked
 
     @property
+    def mode(self) -> Mode:
+        """What the robot is doing; while it is paused it has stopped."""
+        return Mode.STOPPED if self._is_paused and self._mode is not Mode.WAITING else self._mode
+
+    @property
     def is_done(self) -> bool:
         """Whether the robot is at its goal and at rest."""
-        return self.mode is Mode.DONE
+        return self._mode is Mode.DONE
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether the robot comes to rest, or rests, until `resume`."""
+        return self._is_paused
+
+    @property
+    def goal(self) -> NDArray[np.float64]:
+        """The pose (3,) [m, m, rad] that the robot drives to."""
+        return self.k_mod.q_final
+
+    @property
+    def held_up(self) -> HoldUp | None:
+        """Since when a robot that is to drive stands, and who has not granted what it intends; None if it goes on."""
+        since = max(self._plans[-1].end_knot * self._step, self._mission_start + self.options.t_init + self.Tc)
+        if self.mode is not Mode.DRIVING or self._now <= since:
+            return None
+        return HoldUp(since, Reason.STALLED, tuple(sorted(self.protocol.forbidding(self._now, True))))
 
     @property
     def plan(self) -> Plan:
@@ -282,7 +416,7 @@ class HorizonRobot:
     @property
     def sol(self) -> Solution:
         """What was driven so far: the plans, and samples ``t``, ``x``, ``y``, ``theta``, ``v``, ``omega`` (N,)."""
-        return Solution(self.eyed, tuple(self._plans), self.is_done, tuple(self.ctime))
+        return Solution(self.eyed, tuple(self._plans), self.is_done, tuple(self.ctime), commits=tuple(self._commits))
 
     @property
     def rtime(self) -> NDArray[np.float64]:
@@ -319,7 +453,7 @@ class HorizonRobot:
         """Return which section begins at the knot ``first``; None for none."""
         since = first * self._step - self._mission_start
         if (since < self.options.t_init - 1e-9 or since > self.options.t_sup or self._target == first or self.is_done
-                or self._is_last):
+                or self._is_last or self._is_paused):
             return None
         left = np.linalg.norm(self.k_mod.z_final - self._start(first).motion(self._step)[0])
         if left < self.options.ls_min_dist + self.Tc * self.limits.v_max:
@@ -396,6 +530,8 @@ class HorizonRobot:
             plan = self.protocol.take(now, self._is_far)
             if plan is not None:
                 self._plans.append(plan)
+                self._commits.append(float(now))
+                self._is_blocked = False
                 self._target, self._is_last = plan.first_knot, bool(np.isfinite(plan.final_heading))
         return has_granted
 
@@ -419,17 +555,17 @@ class HorizonRobot:
         record.seconds += intention.seconds
         record.solves += intention.found.solves
         record.infeasible += intention.found.infeasible
-        record.refused += intention.plan is None
+        record.refused += intention.new is None
 
     def _update_mode(self, now):
         since = now - self._mission_start
         if since < 0 or self.is_done:
             return
-        self.mode = Mode.DRIVING if since <= self.options.t_sup else Mode.STOPPED
+        self._mode = Mode.DRIVING if since <= self.options.t_sup else Mode.STOPPED
         if self._sections.is_at_goal(self._plans[-1].end) and now >= self._plans[-1].end_knot * self._step:
             turn = wrap_angle(self.k_mod.q_final[2] - self.state(now)[2])
             if abs(turn) <= HEADING_TOLERANCE:
-                self.mode = Mode.DONE
+                self._mode = Mode.DONE
 
     @property
     def _knot(self):
@@ -450,7 +586,7 @@ class HorizonRobot:
             self.is_done, path[:, 0], path[:, 1], self.state(now)[:2], robot_id=self.eyed,
             boot_epoch=self.protocol.epoch, sequence=self.protocol.next_sequence(), mode=self.mode, plan=plan,
             plan_seq=number, radius=self.limits.radius, v_max=self.limits.v_max, omega_max=self.limits.omega_max,
-            a_max=self.limits.a_max, goal=self.k_mod.z_final, links=self.protocol.links())
+            a_max=self.limits.a_max, goal=self.k_mod.z_final, links=self.protocol.links(now))
 
 
 def _require_reach(options, limits, far):
@@ -468,13 +604,3 @@ def _require_reach(options, limits, far):
     if options.com_range < far:
         raise InvalidInput(f'com_range {options.com_range} m is below {far:.3f} m, within which two robots of this '
                            'kind can meet before they hear each other again')
-
-
-def _require_room(eyed, model, environment, need):
-    """Raise an error where the body does not fit at its start or goal."""
-    places = np.array([model.z_init, model.z_final])
-    for place, free, error, name in zip(places, environment.clearance(places), (StartOccupied, GoalOccupied),
-                                        ('start', 'goal')):
-        if free < need - _ROUNDING:
-            raise error(f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {eyed} has {free:.3f} m of room, with its '
-                        f'margin it needs {need:.3f} m')

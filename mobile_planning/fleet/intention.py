@@ -17,7 +17,7 @@ class Intention:
         Of the section.
     round : int
         Of the exchange, in which it was planned.
-    plan : Plan or None
+    new : Plan or None
         To propose; None to leave things as they are.
     withdraws : bool
         The candidate that was said before must not be driven.
@@ -30,7 +30,7 @@ class Intention:
 
     first_knot: int
     round: int
-    plan: Plan | None = None
+    new: Plan | None = None
     withdraws: bool = False
     kind: Kind = Kind.INTERMEDIATE
     seconds: float = 0.0

@@ -85,6 +85,10 @@ class ProvedSections:
         found = self._planner.plan(kind, start, pieces, blocks, duration=duration, prove=prove)
         return found, proved[0] if proved else None
 
+    def is_free(self, plan: Plan) -> bool:
+        """Return whether ``plan`` touches nothing of the whole world, seen or not, and keeps to the limits."""
+        return self._is_proved(plan, self._environment)
+
     def is_at_goal(self, place: NDArray) -> bool:
         """Return whether ``place`` (2,) [m] is the goal."""
         return bool(np.linalg.norm(place - self._model.z_final) <= GOAL_TOLERANCE)

@@ -66,7 +66,8 @@ class Watch:
                 (message.boot_epoch, message.sequence) <= (known[0].boot_epoch, known[0].sequence)):
             return
         self._heard[message.robot_id] = message, stamp
-        peers = sorted(message.links)
+        # Only contracts can be judged message by message; of other methods the bodies are compared, see `look`.
+        peers = sorted(message.links) if message.method == 'contracts' else []
         if len(peers) > _MOST_LINKS:
             self._turn += _MOST_LINKS
             peers = [peers[(self._turn + index) % len(peers)] for index in range(_MOST_LINKS)]

@@ -31,7 +31,7 @@ def say(one):
     plan = (one.candidate or one.in_force).plan
     return RobotMsg(False, plan.points[:1, 0], plan.points[:1, 1], one.in_force.plan.end, robot_id=one.robot_id,
                     boot_epoch=one.epoch, sequence=one.next_sequence(), plan=plan,
-                    plan_seq=(one.candidate or one.in_force).number, links=one.links())
+                    plan_seq=(one.candidate or one.in_force).number, links=one.links(0.0))
 
 
 def near(peer):

@@ -164,7 +164,7 @@ def test_a_message_of_another_method_is_refused():
     scene = Scene('m', (RobotSpec(1, (1, 1, 0), (2, 1, 0)), RobotSpec(2, (1, 3, 0), (2, 3, 0))), boundary=ROOM)
     agents = [Agent(scene, 1, 5, 0.0), Agent(scene, 2, 5, 0.0, **HORIZON)]
     for one in agents:
-        one.follow(Announcement('m', State.STARTED, (1, 2), 0.0))
+        one.follow(Announcement('m', State.STARTED, (1, 2), 0.0), 0.0)
     with pytest.raises(InvalidInput, match='by one method'):
         agents[0].receive(agents[1].step(lambda: 0.0)[0], 0.0)
 
