@@ -149,10 +149,10 @@ class Exchange:
         if peer is None or peer.is_dead or death.boot_epoch < peer.epoch:
             self.ignored += 1
             return False
-        if not peer.plans and death.radius is not None:
-            peer.radius = death.radius
-            peer.plans[_UNSAID] = Plan.at_rest(self.in_force.plan.first_knot, self.in_force.plan.step,
-                                               (*death.place, 0.0))
+        # The body rests there, whatever was heard of its plans.
+        plan = self.in_force.plan
+        peer.plans = {_UNSAID: Plan.at_rest(plan.first_knot, plan.step, (*death.place, 0.0))}
+        peer.radius = peer.radius if death.radius is None else death.radius
         peer.is_dead, peer.request = True, None
         return True
 

@@ -139,7 +139,7 @@ class HorizonRobot:
         self._is_blocked, self._no_room = False, ''
         self.protocol = Exchange(self.eyed, int(epoch), first, self._are_clear, patience,
                                  self.options.Tp + 2 * self.Tc + 2 * np.pi / omega_max)
-        self._target, self._round, self._is_last, self._has_news = None, 0, False, False
+        self._target, self._round, self._is_last, self._has_news, self._joining = None, 0, False, False, []
 
     @property
     def _far(self):
@@ -175,7 +175,7 @@ class HorizonRobot:
 
     def join(self, roster: Sequence[int], resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
         """Listen to the robots of ``roster``; of those in ``resting`` place and radius are known, see `Robot.join`."""
-        self.protocol.join(list(roster), resting or {}, self._now)
+        self._joining.append((list(roster), dict(resting or {})))
 
     def start(self, roster: Sequence[int], start_time: float,
               resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
@@ -292,7 +292,7 @@ class HorizonRobot:
         InvalidInput
             The peer plans by another method, or on other knots.
         """
-        self._now = now
+        self._go_on(now)
         if isinstance(message, Death):
             return self.protocol.bury(message)
         if not isinstance(message, RobotMsg) or message.method != self.method:
@@ -322,7 +322,7 @@ class HorizonRobot:
 
     def plan_section(self, now: float) -> Intention:
         """Return what the robot intends in the round at ``now`` [s]; nothing changes until it is committed."""
-        self._now = now
+        self._go_on(now)
         first, number = self._due(now)
         kind = self._kind(first)
         if kind is None or number == _ROUNDS - 1:
@@ -333,7 +333,7 @@ class HorizonRobot:
 
     def commit(self, intention: Intention, now: float) -> list[RobotMsg]:
         """Propose what is intended, put in force what is granted at ``now`` [s]; return the messages for all peers."""
-        self._now = now
+        self._go_on(now)
         self._round = intention.round
         self._note(intention)
         self._drop_what_is_late(now)
@@ -354,7 +354,8 @@ class HorizonRobot:
 
     def answers(self, now: float) -> list[RobotMsg]:
         """Return what is to be said at ``now`` [s] before the next step: grants, and that a section is driven."""
-        self._now, candidate, in_force = now, self.protocol.candidate, self.protocol.in_force
+        self._go_on(now)
+        candidate, in_force = self.protocol.candidate, self.protocol.in_force
         self._drop_what_is_late(now)
         has_granted = self._settle(now)
         is_news = has_granted or (candidate, in_force) != (self.protocol.candidate, self.protocol.in_force)
@@ -503,6 +504,13 @@ class HorizonRobot:
         return blocks
 
     # How it is agreed upon
+
+    def _go_on(self, now):
+        """Take ``now`` [s] for the present; patience with those to be listened to begins when the robot itself runs."""
+        self._now = now
+        for roster, resting in self._joining:
+            self.protocol.join(roster, resting, now)
+        self._joining.clear()
 
     def _need(self, other):
         return self.limits.radius + self.protocol.peers[other].radius

@@ -101,6 +101,18 @@ def test_nobody_waits_for_a_robot_that_never_comes():
     assert one.is_done
 
 
+def test_a_robot_that_is_switched_on_late_waits_for_others_from_then_on():
+    # On a network that loses all it hears nobody: what it waits for begins when it runs, not when it was made.
+    one = robot(2, *CROSS[1], **HORIZON, patience=3.0)
+    one.start([1, 2], 0.0)
+    for now in np.arange(100.0, 102.9, 0.25):
+        one.step(now + 0.002)
+    assert len(one.sol.plans) == 1
+    for now in np.arange(103.0, 106.0, 0.25):
+        one.step(now + 0.002)
+    assert len(one.sol.plans) > 1
+
+
 def test_obstacles_are_seen_from_detec_rho_on_and_never_touched():
     obstacles = [RoundObstacle((5.0, 3.1), 0.5)]
     simulation = mission([robot(1, (1, 3, 0.0), (9, 3, 0.0), obstacles=obstacles, **HORIZON, detec_rho=3.0)], obstacles)
