@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,12 +19,14 @@ from mobile_planning.sampling.rrt_graph import Edge, Graph, Node
 from mobile_planning.sampling.rrt_moves import RRTMoves
 from mobile_planning.sampling.rrt_options import RRTOptions
 from mobile_planning.sampling.rrt_search import Search
-from mobile_planning.sampling.task import Task
 from mobile_planning.sampling.track_result import result_of
 from mobile_planning.sampling.tree import Tree, planted
 from mobile_planning.stop_flag import StopFlag
 from mobile_planning.world.collision_space import TOUCH, CollisionSpace
 from mobile_planning.world.environment import Environment
+
+if TYPE_CHECKING:
+    from mobile_planning.sampling.rrt_kernels import Task
 
 #: The seed's number of iterations. Beside a deadline it does not count.
 NB_ITERATION = 100
@@ -327,6 +330,7 @@ class RRT(RRTMoves):
         if extension is None:
             extension = 4 * options.radius if options.radius > 0 else 0.1 * max(
                 bounds[2] - bounds[0], bounds[3] - bounds[1])
+        from mobile_planning.sampling.rrt_kernels import Task
         return Task(goal, np.array(self.precision), float(options.radius), float(extension), float(options.speed),
                     self._begin, self.goal_rate, options.nb_options, metric != 'local')
 

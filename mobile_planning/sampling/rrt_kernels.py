@@ -3,15 +3,40 @@
 LaValle (1998), Rapidly-exploring random trees; with several nodes tried for a sample, the first free way is taken.
 Each new node tries the whole way to the goal at once.
 """
+from typing import NamedTuple
+
 import numpy as np
 from numba import b1, f8, i8, njit, types, u1, void
+from numpy.typing import NDArray
 
 from mobile_planning.sampling.random_kernels import STATE, uniform
 from mobile_planning.sampling.steering_kernels import cut, first_heading, steer, way_end, way_is_free
-from mobile_planning.sampling.task import Task
 from mobile_planning.sampling.tree_kernels import COUNT, IDS, ROWS, SAME, TREE, find_nearest, find_same, insert
 from mobile_planning.world.collision_kernels import is_free
 from mobile_planning.world.distance_kernels import SPACE
+
+
+class Task(NamedTuple):
+    """What a tree grows for: a goal, and how to grow towards it."""
+
+    #: (3,) x, y, heading [m, m, rad].
+    goal: NDArray[np.float64]
+    #: (3,) half widths of the goal zone [m, m, rad].
+    precision: NDArray[np.float64]
+    #: Turning radius [m]; 0 goes straight.
+    radius: float
+    #: Length of a way, at most [m].
+    extension: float
+    #: Speed [m/s], and the time [s] at the root.
+    speed: float
+    begin: float
+    #: How often a sample is drawn in the goal zone.
+    goal_rate: float
+    #: How many nodes are tried for a sample.
+    nb_options: int
+    #: Whether nodes are near by the straight line rather than by the way.
+    by_line: bool
+
 
 TASK = types.NamedTuple((f8[::1], f8[::1], f8, f8, f8, f8, f8, i8, b1), Task)
 STOP = u1[::1]

@@ -4,16 +4,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.plan_result import Improvement
-from mobile_planning.sampling.task import Task
 from mobile_planning.sampling.track import Track, empty_track
 from mobile_planning.sampling.tree import Tree, lineage, planted, with_room
 from mobile_planning.world.collision_space import CollisionSpace
+
+if TYPE_CHECKING:
+    from mobile_planning.sampling.rrt_kernels import Task
 
 # Work between two looks at the clock: samples for a tree, trials to shorten a path.
 _SAMPLES, _STAR_SAMPLES, _TRIALS, _POLISH = 2000, 200, 2000, 4000
