@@ -13,6 +13,8 @@ from mobile_planning.fleet.pebbles import Instance, Steps
 _SEARCHES, _BETTERED, _WORK = 12, 3, 4000
 #: Tries to better some moves, and places and times that one of them looks at.
 _TRIES, _LOOKED_AT = 60, 20000
+#: Places times steps that all tries together may span: on large maps there are fewer tries.
+_SPANNED = 2_500_000
 
 
 def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Generator,
@@ -37,10 +39,10 @@ def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Gene
         work += instance.count * another.configurations
         found += [another] if another.is_solved else []
     found = sorted(found, key=lambda steps: pebbles.value(instance, steps))[:_BETTERED]
-    few = _TRIES // (2 * _BETTERED)
-    found = [refined(instance, steps, rng, few) for steps in found]
+    tries = min(_TRIES, _SPANNED // (len(first.edges) * instance.to_go.shape[1]))
+    found = [refined(instance, steps, rng, tries // (2 * _BETTERED)) for steps in found]
     best = min(found, key=lambda steps: pebbles.value(instance, steps))
-    return refined(instance, best, rng, _TRIES // 2)
+    return refined(instance, best, rng, tries // 2)
 
 
 def refined(instance: Instance, steps: Steps, rng: np.random.Generator, tries: int = _TRIES) -> Steps:
