@@ -1,0 +1,40 @@
+"""Joint plans in whole missions where messages and robots fail: whoever lives and has a way gets home, and unharmed."""
+import numpy as np
+import pytest
+from missions import mission, robot
+
+from mobile_planning import Boundary, PolygonObstacle
+from mobile_planning.fleet import scenarios
+from mobile_planning.fleet.faults import draw_faults
+
+
+def through_a_door(kind, seed):
+    """Return the report of four robots at a door; a tenth of the messages is lost, others come late or twice."""
+    world = scenarios.make('doorway', robots=4, gap=0.65, seed=seed)
+    return world.run(seed=seed, loss=0.1, delay=0.05, timeout=70.0,
+                     faults=draw_faults(kind, list(world.robots), seed, 0.004))
+
+
+@pytest.mark.parametrize('seed', range(2))
+@pytest.mark.parametrize('kind', ['net', 'restart', 'join'])
+def test_all_get_through_a_door_with_cuts_and_bursts_or_robots_that_start_anew_or_late(kind, seed):
+    report = through_a_door(kind, seed)
+    assert report.arrived == report.robots == 4 and not report.violations and report.joint_plans >= 1
+
+
+@pytest.mark.parametrize('kind, seed', [('kill', 0), ('kill', 1), ('all', 1), ('all', 2)])
+def test_where_one_dies_the_others_get_home_but_whom_the_dead_cut_off(kind, seed):
+    report = through_a_door(kind, seed)
+    assert not report.violations and all(each.is_cut_off for each in report.waiting)
+    assert report.arrived + len(report.waiting) >= 3
+
+
+def test_two_jams_at_once_are_both_resolved():
+    def box(low, high):
+        return PolygonObstacle([(-0.1, low), (0.1, low), (0.1, high), (-0.1, high)])
+    walls, room = [box(-9.0, -4.325), box(-3.675, 3.675), box(4.325, 9.0)], Boundary((-4, 4), (-9, 9))
+    robots = [robot(eyed, (-side * 1.5, y, 0.0 if side > 0 else np.pi), (side * 1.5, y, 0.0 if side > 0 else np.pi),
+                    obstacles=walls, boundary=room)
+              for eyed, (side, y) in enumerate([(1, -4.3), (-1, -3.7), (1, 4.3), (-1, 3.7)], 1)]
+    report = mission(robots, walls, room).run(seed=3, loss=0.3)
+    assert report.arrived == 4 and not report.violations and report.joint_plans >= 1
