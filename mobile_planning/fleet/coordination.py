@@ -69,8 +69,7 @@ class Coordination:
 
     def enter(self, environment: Environment) -> None:
         """Plan in another static world from now on; a plan in force led through the one before."""
-        self._environment, self._lanes, self._is_contested = environment, None, False
-        self._roadmaps.clear()
+        self._proposer.enter(environment)
         self.leave()
 
     @property

@@ -51,13 +51,17 @@ class Proposer:
     def __init__(self, robot_id: int, boot_epoch: int, environment: Environment, radius: float, v_max: float,
                  knowledge: JointKnowledge):
         self._id, self._boot, self._radius, self._v_max = robot_id, boot_epoch, radius, v_max
-        self._environment, self._knowledge = environment, knowledge
-        self._roadmaps: dict[tuple, Roadmap] = {}
-        self._lanes: LaneFinder | None = None
+        self._knowledge = knowledge
+        self.enter(environment)
         self._level, self._asked, self._void = 0, 0, 0
         self._proposed_at = self._look_at = self._requested_at = -np.inf
         self._since: float | None = None
-        self._is_contested = False
+
+    def enter(self, environment: Environment) -> None:
+        """Plan in another static world from now on."""
+        self._environment, self._is_contested = environment, False
+        self._roadmaps: dict[tuple, Roadmap] = {}
+        self._lanes: LaneFinder | None = None
 
     def prepare(self) -> None:
         """Make the roadmap now, from some ten milliseconds on, the larger the world the longer; and load kernels."""

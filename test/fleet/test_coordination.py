@@ -218,18 +218,22 @@ def test_a_plan_that_comes_after_a_newer_one_is_dropped():
     assert own.propose(late, 0.4) == [] and own.status.version != late.version
 
 
-@pytest.mark.parametrize('end', ['it leaves', 'it has a new goal'])
+@pytest.mark.parametrize('end', ['it leaves', 'it has a new goal', 'it is in another world'])
 def test_what_comes_of_a_request_made_before_is_dropped_and_the_next_is_taken(end):
     own, goal, late = coordination(2, [message(1)]), (3, 0), []
     for now in np.arange(0.0, 4.0, CYCLE):
         own.hear(message(1), now)
         if now == 1.0:
-            goal = (3, 0) if end == 'it leaves' else (0, 3)
-            own.leave()
+            goal = (0, 3) if end == 'it has a new goal' else (3, 0)
+            if end == 'it is in another world':
+                own.enter(Environment(Boundary((-6, 6), (-5, 5))))
+            else:
+                own.leave()
         own.update(now, (0, 0), (0, 0), goal, False, 2.0 + now)
         request = own.take_request()
         late += [request] if request is not None else []
     before, after = late
+    assert (after.roadmap is before.roadmap) == (end != 'it is in another world')
     assert own.propose(before.plan(), 4.0) == [] and not own.is_following
     said = own.propose(after.plan(), 4.25)
     assert len(said) == 1 and own.is_following and said[0].version > (before.epoch, -2)

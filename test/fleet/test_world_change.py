@@ -97,6 +97,17 @@ def test_a_goal_that_becomes_occupied_is_said_and_waited_for():
     assert one.is_done
 
 
+def test_another_goal_ends_the_trouble_with_the_one_before():
+    one = started()
+    disc = RoundObstacle((9, 2), 0.3)
+    one.enter(world(disc), 3.0)
+    assert 'goal (9.000, 2.000)' in one.world_trouble
+    one.set_goal((8, 1, 0), 3.0)
+    assert one.world_trouble == ''
+    (places,) = drive([one], 3.0, 12.0)
+    assert one.is_done and room_of(places, disc) >= 0.0
+
+
 def test_a_map_may_change_as_well():
     one = started()
     cells = np.zeros((40, 100), np.int8)
