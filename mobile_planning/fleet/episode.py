@@ -255,6 +255,7 @@ class Episode:
         # A process with one thread comes to it after the section.
         if not (vehicle.is_solving and not self._faults.is_threaded):
             self._say(now, vehicle, vehicle.robot.answers(vehicle.clock(now)), sender=vehicle.eyed)
+            self._plan_answers(now, vehicle)
 
     def _say(self, now, vehicle, messages, *, sender):
         """Send ``messages`` of or about ``vehicle`` to everybody else."""

@@ -19,8 +19,11 @@ from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.link import Held, OwnerSide, PeerSide, Terms
 from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer, RobotMsg
 
-#: An open offer is said again, or followed by a fresher one, after this [s].
-REPEAT = 0.2
+#: What seems lost is said so many times, this [s] apart; an open offer then each time that something is heard after
+#: this [s].
+TIMES, SOON, REPEAT = 3, 0.05, 0.2
+#: An owner who has built an offer on a plan so long ago [s] at most is taken to need each new one.
+_LIVELY = 1.0
 #: So many own messages are remembered.
 MAX_SENT = 512
 
@@ -90,6 +93,9 @@ class Protocol:
         self._owed: set[int] = set()
         self._stale: set[int] = set()
         self._offered_at: dict[int, float] = {}
+        # How many times the newest offer of a link was said; the same, since when, of the newest own plan.
+        self._offered: dict[int, int] = {}
+        self._plan, self._told, self._told_at = 0, TIMES, -inf
 
     def join(self, roster: Collection[int], resting: Mapping[int, tuple[ArrayLike, float]] | None = None) -> None:
         """From now on nothing moves without an agreement with all of ``roster``.
@@ -261,7 +267,9 @@ class Protocol:
     @property
     def has_due(self) -> bool:
         """Whether there is something to say before the next cycle."""
-        return bool(self._owed or self._stale)
+        return bool(self._owed or self._stale or self._is_awaited() or any(
+            times < TIMES and other in self._sides and self._sides[other].is_heard and self._sides[other].open
+            for other, times in self._offered.items()))
 
     def due(self, now: float) -> Contracts | None:
         """Return all offers and answers that are to be sent at ``now`` [s]; None if there are none.
@@ -290,11 +298,33 @@ class Protocol:
                 self._sides[other] = side = side.offering(contract, heard.sequence, now)
                 is_fresh = True
         self._stale.discard(other)
-        if not side.open or not side.is_heard or not is_fresh and now - self._offered_at[other] < REPEAT:
+        times = 0 if is_fresh else self._offered.get(other, 0)
+        pause = SOON if times < TIMES else REPEAT
+        if not side.open or not side.is_heard or times and now - self._offered_at[other] < pause:
             return None
-        self._offered_at[other] = now
+        self._offered_at[other], self._offered[other] = now, times + 1
         newest = side.open[-1]
         return Offer(other, side.other_epoch, newest.base_sequence, newest.contract)
+
+    def told(self, sequence: int, now: float) -> None:
+        """Remember that the own plan goes out at ``now`` [s] in the message ``sequence`` of a cycle."""
+        self.sent(sequence, now)
+        self._plan, self._told, self._told_at = sequence, 1, now
+
+    def tells_again(self, now: float) -> bool:
+        """Return whether the newest own plan is to be said again at ``now`` [s], as one that an owner seems to lack."""
+        if now - self._told_at < SOON or not self._is_awaited():
+            return False
+        self._told, self._told_at = self._told + 1, now
+        return True
+
+    def _is_awaited(self):
+        """Whether an owner who lately built offers on the own plans has built none on the newest."""
+        if self._told >= TIMES:
+            return False
+        since = self._told_at - _LIVELY
+        newest = (side.pending or side.contract for side in self._sides.values() if isinstance(side, PeerSide))
+        return any(held is not None and held.base_sequence < self._plan and held.since > since for held in newest)
 
     def links(self, now: float) -> dict[int, Link]:
         """Return what to say to each peer in the message of a cycle."""

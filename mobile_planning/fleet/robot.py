@@ -122,6 +122,7 @@ class Robot:
         self._coordination = Coordination(self.eyed, self.environment, radius, v_max, boot_epoch=int(epoch))
         self._coordination.prepare()
         self._orders, self._is_planning, self._cycles = Orders(), False, 0
+        self._told: RobotMsg | None = None
 
     def _course_to(self, model, now):
         return Course(model.q_final, self.plan.end, self._ground, self._problem, reverse=self.options.reverse, now=now)
@@ -321,20 +322,27 @@ class Robot:
         plans = self._coordinate(now)
         self.protocol.committed(now)
         message = self._message(now)
-        self.protocol.sent(message.sequence, now)
+        self.protocol.told(message.sequence, now)
+        self._told = message
         return [message, *plans, *self.answers(now)]
 
     @property
     def has_answers(self) -> bool:
-        """Whether `answers` has something to send."""
+        """Whether `answers` has something to send, or may have in a moment."""
         return self.protocol.has_due and not self._is_planning
 
-    def answers(self, now: float) -> list[Contracts]:
-        """Return the offers and answers that are due at ``now`` [s], in at most one message for all peers."""
+    def answers(self, now: float) -> list[RobotMsg | Contracts]:
+        """Return what is to be said at ``now`` [s] between two cycles, and what seems lost once more.
+
+        At most one message of offers and answers for all peers, and the newest plan.
+        """
         self._in_force.now = now
-        # Offers from a plan that is about to change would be stale when they arrive.
-        message = None if self._is_planning else self.protocol.due(now)
-        return [] if message is None else [message]
+        if self._is_planning:
+            # Offers from a plan that is about to change would be stale when they arrive.
+            return []
+        told = [self._told] if self.protocol.tells_again(now) else []
+        message = self.protocol.due(now)
+        return told if message is None else [*told, message]
 
     # What can be asked
 

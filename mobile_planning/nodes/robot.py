@@ -120,6 +120,9 @@ class RobotNode(Node):
     def hear(self, message, now):
         """Take in what a robot says."""
         self._agent.receive(message, now)
+        self._answer_soon()
+
+    def _answer_soon(self):
         if self._agent.has_answers and self._answering.is_canceled():
             self._answering.reset()
 
@@ -149,6 +152,7 @@ class RobotNode(Node):
         finally:
             self._is_planning = False
         self._say(messages)
+        self._answer_soon()
         if request is not None:
             # A joint plan takes longer than a cycle may.
             plan = await self.host.joint_worker.submit(request.plan)
@@ -162,6 +166,7 @@ class RobotNode(Node):
     def _on_answers(self):
         self._answering.cancel()
         self._say(self._agent.answers(self._now()))
+        self._answer_soon()
 
     def _say(self, messages):
         agent = self._agent

@@ -11,7 +11,7 @@ from mobile_planning.fleet import protocol as home
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer
-from mobile_planning.fleet.protocol import REPEAT, Protocol
+from mobile_planning.fleet.protocol import REPEAT, SOON, TIMES, Protocol
 
 PLACES = {1: (0.0, 0.0), 2: (2.0, 0.0), 3: (0.0, 2.0)}
 
@@ -117,11 +117,39 @@ def test_a_peer_that_does_not_pass_its_own_test_takes_the_offer_once_it_does():
     assert mode(peer) is LinkMode.CON and peer.due(0.1).answers[1] == Link(1, LinkMode.CON, 1, 1)
 
 
-def test_an_open_offer_is_said_again_after_a_while_and_no_more_than_three_are_open():
+def test_a_plan_that_an_owner_builds_no_offer_on_is_told_again_a_few_times():
+    owner, peer = robot(1), robot(2)
+
+    def plan(now):
+        message = says(peer, now)
+        peer.told(message.sequence, now)
+        return message
+
+    owner.hear(plan(0.0), 0.0)
+    # Nothing was agreed yet: nobody waits for the plan.
+    assert not peer.tells_again(SOON)
+    peer.hear(owner.due(SOON), SOON)
+    assert peer.due(SOON) and not peer.has_due
+    plan(0.25)
+    assert peer.has_due and not peer.tells_again(0.25 + 0.9 * SOON)
+    told = [peer.tells_again(0.25 + 1.01 * number * SOON) for number in range(1, 6)]
+    assert told == [True] * (TIMES - 1) + [False] * (6 - TIMES)
+    assert not peer.has_due
+    heard = plan(0.5)
+    owner.hear(heard, 0.5)
+    peer.hear(owner.due(0.5), 0.5)
+    assert not peer.tells_again(0.5 + 2 * SOON)
+
+
+def test_an_open_offer_is_said_again_soon_then_more_rarely_and_no_more_than_three_are_open():
     owner, peer = robot(1), robot(2)
     owner.hear(says(peer, 0.0), 0.0)
-    first = owner.due(0.0).offers[0].contract.id
-    assert owner.due(0.1) is None and owner.due(REPEAT).offers[0].contract.id == first
+    first, last = owner.due(0.0).offers[0].contract.id, (TIMES - 1) * SOON
+    for number in range(1, TIMES):
+        assert owner.has_due and owner.due((number - 0.1) * SOON) is None
+        assert owner.due(number * SOON).offers[0].contract.id == first
+    assert not owner.has_due and owner.due(last + 0.9 * REPEAT) is None
+    assert owner.due(last + REPEAT).offers[0].contract.id == first
     seen = []
     for cycle in range(1, 8):
         owner.hear(says(peer, float(cycle)), float(cycle))
@@ -354,5 +382,7 @@ def test_no_two_plans_ever_overlap_whatever_the_network_and_the_schedule_do():
 def test_the_adversary_finds_what_is_wrong_with_weaker_rules(sides, monkeypatch):
     for name, side in sides.items():
         monkeypatch.setattr(home, name, side)
+    # Links that mend themselves soon hide most of what is wrong.
+    monkeypatch.setattr(home, 'SOON', REPEAT)
     with pytest.raises(protocol_adversary.Collision):
         protocol_adversary.run(200_000)
