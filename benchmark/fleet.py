@@ -56,8 +56,23 @@ def line(case, planner, rows):
             f'{ratio:>13} {spent:>16}')
 
 
+def verdict(case, rows):
+    """Return the line that says whether ours are slower than ORCA on the seeds on which ORCA is clean."""
+    ratios = {planner: {row['seed']: row['ratio'] for row in rows
+                        if row['planner'] == planner and row['arrived'] == row['robots'] and row['is_free']}
+              for planner in ('ours', 'ORCA')}
+    clean = sorted(ratios['ORCA'])
+    said = f'{case:<28} ORCA is clean on {len(clean)} seeds'
+    if not clean:
+        return f'{said}: nothing to compare'
+    if not ratios['ours'].keys() >= ratios['ORCA'].keys():
+        return f'{said}, ours are not on all of these: SLOWER'
+    ours, theirs = (float(np.median([ratios[planner][seed] for seed in clean])) for planner in ('ours', 'ORCA'))
+    return f'{said}, there ours {ours:.2f}, ORCA {theirs:.2f}: {"no slower" if ours <= theirs else "SLOWER"}'
+
+
 def main():
-    """Print the table, and below it each run that is not clean."""
+    """Print the table, below it a verdict for each case, and each run that is not clean."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('cases', nargs='*', default=CASES)
     parser.add_argument('--seeds', type=int, nargs=2, default=(0, 10), metavar=('FIRST', 'END'))
@@ -75,15 +90,21 @@ def main():
           ', '.join(f'{package} {metadata.version(package)}' for package in PACKAGES if package in installed))
     print(f'{"case":<28} {"by":<5} {"arrive":>9} {"apart [m]":>9} {"wall [m]":>9} {"clean":>9} '
           f'{"ratio":>13} {"ms":>16}')
-    failures = []
+    failures, verdicts = [], []
     with Pool(options.workers) as pool:
         for case in options.cases:
+            driven = []
             for planner in planners:
                 tasks = [(case, seed, planner, options.loss, options.delay, options.solver)
                          for seed in range(*options.seeds)]
                 rows = list(pool.imap(drive, tasks))
                 failures += [row for row in rows if row['arrived'] < row['robots'] or not row['is_free']]
+                driven += rows
                 print(line(case, planner, rows), flush=True)
+            if {'ours', 'ORCA'} <= set(planners):
+                verdicts.append(verdict(case, driven))
+    for said in verdicts:
+        print(said)
     for row in failures:
         print(f'{row["case"]} seed {row["seed"]}, {row["planner"]}: {row["arrived"]} of {row["robots"]} arrive, '
               f'{row["separation"]:.4f} m apart, {row["clearance"]:.4f} m from walls')
