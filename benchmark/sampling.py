@@ -1,10 +1,13 @@
 """Sampling planners side by side on the problems of test/data/sampling.
 
-For each problem and planner: how many runs were solved, thread time to the first path (median), cost over the best
+For each problem and planner: how many runs were solved, thread time to the first path (median), how many times as long
+as ours that is, cost over the best
 known after 0.5, 2 and 5 s (median; of others of the path that they end with), and how many paths are free at 0.02 m
 on the exact shapes. RRT* of OMPL does not stop at its first path: its time is all of its 2 s.
 
-    python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--without-peers] [--pictures FOLDER]
+    python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--without-peers] [--first] [--pictures FOLDER]
+
+With ``--first`` all stop at their first path, and what takes longer (the costs, RRT* of OMPL) is left out.
 
 The OMPL wheel (`pip install ompl`) takes part if it is installed.
 """
@@ -13,14 +16,15 @@ import time
 from pathlib import Path
 
 import numpy as np
-from sampling_peers import Ompl, Raster, poses_along, rrt_dubins, rrt_python_robotics
+from sampling_peers import Ompl, Raster
+from sampling_published import Shapes, poses_along, rrt_dubins, rrt_python_robotics
 
 from mobile_planning import RRT, load_problem
 
 FOLDER = Path(__file__).resolve().parent.parent / 'test' / 'data' / 'sampling'
 LIMIT = 5.0
 MARKS = (0.5, 2.0, 5.0)
-COLUMNS = '{:19} {:22} {:>7} {:>10} {:>22} {:>10}'
+COLUMNS = '{:19} {:24} {:>7} {:>11} {:>8} {:>20} {:>7}'
 
 
 def is_fine(problem, points):
@@ -39,18 +43,19 @@ def planted(problem):
     return rrt
 
 
-def run_ours(problem, seeds):
+def run_ours(problem, seeds, only_first):
     """Return rows (solved, first path [s], costs after the marks, fine) of our planner."""
     best, rows = problem.best_known['cost'], []
     for seed in range(seeds):
         rrt, begun = planted(problem), time.thread_time()
-        first = rrt.run(problem.goal, deadline=LIMIT, seed=seed)
+        results = [rrt.run(problem.goal, deadline=LIMIT, seed=seed)]
         spent = time.thread_time() - begun
-        result = planted(problem).run(problem.goal, deadline=LIMIT, seed=seed, star=True)
-        costs = [min((step.cost for step in result.history if step.elapsed <= mark), default=np.inf) / best
-                 for mark in MARKS]
-        fine = all(each.is_solved and is_fine(problem, each.path) for each in (first, result))
-        rows.append((first.is_solved and result.is_solved, spent, costs, fine))
+        if not only_first:
+            results.append(planted(problem).run(problem.goal, deadline=LIMIT, seed=seed, star=True))
+        costs = [min((step.cost for step in results[-1].history if only_first or step.elapsed <= mark),
+                     default=np.inf) / best for mark in MARKS]
+        fine = all(result.is_solved and is_fine(problem, result.path) for result in results)
+        rows.append((all(result.is_solved for result in results), spent, costs, fine))
     return rows
 
 
@@ -64,32 +69,41 @@ def run_peer(problem, seeds, plan):
     return rows
 
 
-def show(name, planner, rows, marks=True):
-    """Print one line of the table."""
-    solved = [row for row in rows if row[0]]
-    first = f'{1e3 * np.median([row[1] for row in rows]):.2f} ms' if solved else '-'
-    costs = np.median([row[2] for row in rows], axis=0)
-    costs = ' '.join(f'{cost:.3f}' for cost in (costs if marks else costs[:1]))
-    print(COLUMNS.format(name, planner, f'{len(solved)}/{len(rows)}', first, costs,
-                         f'{sum(row[3] for row in rows)}/{len(solved)}'), flush=True)
+class Table:
+    """Prints a line for each planner; the first one of a problem is what the others' times are compared with."""
+
+    def __init__(self, problem):
+        self._name, self._ours = problem.name, None
+
+    def add(self, planner, rows, marks=1):
+        """Print one line."""
+        solved = [row for row in rows if row[0]]
+        first = np.median([row[1] for row in rows])
+        self._ours = first if self._ours is None else self._ours
+        costs = ' '.join(f'{cost:.3f}' for cost in np.median([row[2] for row in rows], axis=0)[:marks])
+        print(COLUMNS.format(self._name, planner, f'{len(solved)}/{len(rows)}', f'{1e3 * first:.2f} ms',
+                             f'{first / self._ours:.1f}', costs, f'{sum(row[3] for row in rows)}/{len(solved)}'),
+              flush=True)
 
 
-def peers(problem, seeds):
+def peers(problem, table, seeds, only_first):
     """Run the peers that can plan the problem."""
-    raster, few = Raster(problem), max(1, seeds // 4)
+    few = max(1, seeds // 4)
     try:
-        ompl = Ompl(problem, raster)
+        ompl = Ompl(problem, Raster(problem))
     except ImportError:
         ompl = None
     if ompl is not None:
-        show(problem.name, 'OMPL RRT', run_peer(problem, seeds, lambda seed: ompl.solve('RRT', LIMIT)), False)
-        show(problem.name, 'OMPL RRT* 2 s', run_peer(problem, few, lambda seed: ompl.solve('RRTstar', 2.0)), False)
+        table.add('OMPL RRT', run_peer(problem, seeds, lambda seed: ompl.solve('RRT', LIMIT)))
+    if ompl is not None and not only_first:
+        table.add('OMPL RRT* 2 s', run_peer(problem, few, lambda seed: ompl.solve('RRTstar', 2.0)))
     if problem.kind == 'dubins':
+        shapes = Shapes(problem)
         for name, planner in (('RRT-Dubins', rrt_dubins), ('PythonRobotics', rrt_python_robotics)):
             def plan(seed, planner=planner):
-                spent, cost, path = planner(problem, raster, seed, LIMIT)
+                spent, cost, path = planner(problem, shapes, seed, LIMIT)
                 return spent, cost, None if path is None else poses_along(path, problem.turning_radius)
-            show(problem.name, f'{name}, restated', run_peer(problem, few, plan), False)
+            table.add(f'{name}, restated', run_peer(problem, few, plan))
 
 
 def draw(problem, folder):
@@ -112,18 +126,20 @@ def main():
     parser.add_argument('--seeds', type=int, default=20)
     parser.add_argument('--problems', nargs='*', default=sorted(path.stem for path in FOLDER.glob('*.json')))
     parser.add_argument('--without-peers', action='store_true')
+    parser.add_argument('--first', action='store_true')
     parser.add_argument('--pictures', type=Path)
     options = parser.parse_args()
-    print(COLUMNS.format('problem', 'planner', 'solved', 'first path', 'cost 0.5 / 2 / 5 s', 'fine'))
+    print(COLUMNS.format('problem', 'planner', 'solved', 'first path', 'x ours', 'cost 0.5 / 2 / 5 s', 'fine'))
     for name in options.problems:
         problem = load_problem(FOLDER / f'{name}.json')
         if options.pictures is not None:
             draw(problem, options.pictures)
             continue
         planted(problem).run(problem.goal, 1000, seed=0)  # reads the kernels
-        show(name, 'ours', run_ours(problem, options.seeds))
+        table = Table(problem)
+        table.add('ours', run_ours(problem, options.seeds, options.first), 1 if options.first else len(MARKS))
         if not (options.without_peers or problem.environment.moving):
-            peers(problem, options.seeds)
+            peers(problem, table, options.seeds, options.first)
 
 
 if __name__ == '__main__':

@@ -1,9 +1,8 @@
-"""Other sampling planners on our problems: the OMPL wheel, and two published Python planners restated.
+"""The OMPL wheel on our problems.
 
-All of them ask whether points are free of a raster of 0.1 m, which is their fastest way: a look-up.
+It asks whether points are free of a raster of 0.1 m, which is its fastest way: a look-up.
 """
 import math
-import random
 import time
 
 import numpy as np
@@ -25,145 +24,6 @@ class Raster:
         """Return whether a point is free."""
         column, row = int((x - self.bounds[0]) / RASTER), int((y - self.bounds[1]) / RASTER)
         return 0 <= column < self.columns and 0 <= row < self.rows and self.cells[row * self.columns + column]
-
-
-def words(start, goal, radius):
-    """Return (length, turns, angles) of each Dubins word that leads from start to goal, in plain Python."""
-    dx, dy = (goal[0] - start[0]) / radius, (goal[1] - start[1]) / radius
-    distance, direction = math.hypot(dx, dy), math.atan2(dy, dx)
-    a, b = (start[2] - direction) % math.tau, (goal[2] - direction) % math.tau
-    sa, ca, sb, cb, cab = math.sin(a), math.cos(a), math.sin(b), math.cos(b), math.cos(a - b)
-    found = []
-
-    def add(turns, t, p, q):
-        t, q = t % math.tau, q % math.tau
-        found.append(((t + p + q) * radius, turns, (t, p, q)))
-    squared = 2 + distance**2 - 2 * cab + 2 * distance * (sa - sb)
-    if squared >= 0:
-        angle = math.atan2(cb - ca, distance + sa - sb)
-        add((1, 0, 1), angle - a, math.sqrt(squared), b - angle)
-    squared = 2 + distance**2 - 2 * cab + 2 * distance * (sb - sa)
-    if squared >= 0:
-        angle = math.atan2(ca - cb, distance - sa + sb)
-        add((-1, 0, -1), a - angle, math.sqrt(squared), angle - b)
-    squared = distance**2 - 2 + 2 * cab + 2 * distance * (sa + sb)
-    if squared >= 0:
-        p = math.sqrt(squared)
-        angle = math.atan2(-ca - cb, distance + sa + sb) - math.atan2(-2, p)
-        add((1, 0, -1), angle - a, p, angle - b)
-    squared = distance**2 - 2 + 2 * cab - 2 * distance * (sa + sb)
-    if squared >= 0:
-        p = math.sqrt(squared)
-        angle = math.atan2(ca + cb, distance - sa - sb) - math.atan2(2, p)
-        add((-1, 0, 1), a - angle, p, b - angle)
-    value = (6 - distance**2 + 2 * cab + 2 * distance * (sa - sb)) / 8
-    if abs(value) <= 1:
-        p = math.tau - math.acos(value)
-        t = a - math.atan2(ca - cb, distance - sa + sb) + p / 2
-        add((-1, 1, -1), t, p, a - b - t + p)
-    value = (6 - distance**2 + 2 * cab + 2 * distance * (sb - sa)) / 8
-    if abs(value) <= 1:
-        p = math.tau - math.acos(value)
-        t = -a + math.atan2(-ca + cb, distance + sa - sb) + p / 2
-        add((1, -1, 1), t, p, b - a - t + p)
-    return found
-
-
-def points_along(start, turns, angles, radius, spacing):
-    """Return points (x, y) so far apart along a word, the end among them."""
-    x, y, heading = start
-    points = []
-    for turn, angle in zip(turns, angles):
-        count = max(1, math.ceil(angle * radius / spacing))
-        for k in range(1, count + 1):
-            s = angle * k / count
-            if turn == 0:
-                points.append((x + radius * s * math.cos(heading), y + radius * s * math.sin(heading)))
-            else:
-                points.append((x + radius * turn * (math.sin(heading + turn * s) - math.sin(heading)),
-                               y + radius * turn * (math.cos(heading) - math.cos(heading + turn * s))))
-        x, y = points[-1]
-        heading += turn * angle
-    return points
-
-
-def poses_along(path, radius, spacing=0.02):
-    """Return poses (n, 2) along (start, turns, angles), one after the other."""
-    points = [path[0][0][:2]]
-    for start, turns, angles in path:
-        points += points_along(start, turns, angles, radius, spacing)
-    return np.array(points)
-
-
-def rrt_dubins(problem, raster, seed, limit):
-    """Return (time, cost, path) of the published RRT-Dubins with its metric `local`, path None if the time is over.
-
-    Every node times every word, the ten shortest tried in turn, checked at points 1 m apart, no limit of length.
-    """
-    rng, radius, goal = random.Random(seed), problem.turning_radius, problem.goal
-    x_min, y_min, x_max, y_max = raster.bounds
-    costs, parents = {problem.start: 0.0}, {problem.start: None}
-    begun = time.thread_time()
-    while time.thread_time() - begun < limit:
-        sample = goal
-        if rng.random() >= 0.1:
-            while True:
-                sample = (rng.uniform(x_min, x_max), rng.uniform(y_min, y_max), rng.uniform(0, math.tau))
-                if raster.is_free(sample[0], sample[1]):
-                    break
-        options = sorted((word[0], node, word) for node in costs for word in words(node, sample, radius))[:10]
-        for length, node, (_, turns, angles) in options:
-            if node != sample and all(raster.is_free(x, y) for x, y in points_along(node, turns, angles, radius, 1.0)):
-                costs[sample], parents[sample] = costs[node] + length, (node, turns, angles)
-                break
-        else:
-            continue
-        if in_zone(sample, problem):
-            return time.thread_time() - begun, costs[sample], trace(parents, sample)
-    return limit, math.inf, None
-
-
-def rrt_python_robotics(problem, raster, seed, limit):
-    """Return (time, cost, path) of PythonRobotics' RRT over Dubins paths.
-
-    The nearest node by the line, its shortest word, checked at points a tenth of a radius apart.
-    """
-    rng, radius, goal = random.Random(seed), problem.turning_radius, problem.goal
-    x_min, y_min, x_max, y_max = raster.bounds
-    nodes, costs, parents = [problem.start], {problem.start: 0.0}, {problem.start: None}
-    begun = time.thread_time()
-    while time.thread_time() - begun < limit:
-        sample = goal
-        if rng.random() >= 0.1:
-            sample = (rng.uniform(x_min, x_max), rng.uniform(y_min, y_max), rng.uniform(-math.pi, math.pi))
-        distances = [(node[0] - sample[0])**2 + (node[1] - sample[1])**2 for node in nodes]
-        node = nodes[distances.index(min(distances))]
-        if node == sample:
-            continue
-        length, turns, angles = min(words(node, sample, radius))
-        if all(raster.is_free(x, y) for x, y in points_along(node, turns, angles, radius, 0.1 * radius)):
-            nodes.append(sample)
-            costs[sample], parents[sample] = costs[node] + length, (node, turns, angles)
-            if in_zone(sample, problem):
-                return time.thread_time() - begun, costs[sample], trace(parents, sample)
-    return limit, math.inf, None
-
-
-def in_zone(pose, problem):
-    """Return whether a pose lies in the problem's goal zone."""
-    dx, dy, turn = (pose[k] - problem.goal[k] for k in range(3))
-    tolerance = problem.goal_tolerance
-    return (abs(dx) <= tolerance[0] and abs(dy) <= tolerance[1]
-            and abs((turn + math.pi) % math.tau - math.pi) <= tolerance[2])
-
-
-def trace(parents, node):
-    """Return the ways (start, turns, angles) from the root to a node."""
-    path = []
-    while parents[node] is not None:
-        path.append(parents[node])
-        node = parents[node][0]
-    return path[::-1]
 
 
 class Ompl:
