@@ -49,7 +49,7 @@ class RRT(RRTMoves):
     precision : (3,) array_like [m, m, rad]
         Half widths of the goal zone in x, y and psi; 0 is the goal itself.
     **options
-        Fields of `RRTOptions`: radius, speed, nb_options, max_extension, scouts.
+        Fields of `RRTOptions`: radius, speed, nb_options, max_extension, scouts, two_trees.
 
     Attributes
     ----------
@@ -203,7 +203,7 @@ class RRT(RRTMoves):
         budget = np.inf if deadline is not None and nb_iteration == NB_ITERATION else nb_iteration
         flag = StopFlag(None if deadline is None else float(deadline), cancel)
         search = Search(self._space(pose), self._tree, self._task(pose, metric), seed, budget, flag.array, progress,
-                        self.options.scouts)
+                        self.options.scouts, self.options.two_trees)
         try:
             flag.check()
             # Most queries are answered before a thread that watches the clock would have begun.

@@ -53,6 +53,8 @@ class Search:
         Called with the best cost [m] (or infinity), the number of nodes and the time [s] since the query began.
     has_scouts : bool
         Whether to look for other ways with fresh trees.
+    has_two_trees : bool
+        Whether a second tree grows from the goal, where it can.
     """
 
     space: CollisionSpace
@@ -63,6 +65,7 @@ class Search:
     stop: NDArray[np.uint8]
     progress: Progress | None = None
     has_scouts: bool = True
+    has_two_trees: bool = True
     track: Track | None = None
     end: NDArray[np.float64] | None = None
     iterations: int = 0
@@ -73,6 +76,8 @@ class Search:
         self._random = np.random.default_rng(self.seed).integers(2**64, size=1, dtype=np.uint64)
         self._goals = np.zeros(_GOALS, np.int64)
         self._raw = np.inf
+        self.has_two_trees = self.has_two_trees and self._can_be_driven_back
+        self._other = self._from_goal()
 
     @property
     def cost(self) -> float:
@@ -88,6 +93,14 @@ class Search:
     def _is_over(self) -> bool:
         return bool(self.stop[0]) or self.iterations >= self.budget
 
+    @property
+    def _can_be_driven_back(self) -> bool:
+        """Whether a way to the goal is free if and only if it is when driven from the goal back, turned round."""
+        from mobile_planning.world.collision_kernels import is_free
+
+        return (self.task.goal_rate > 0 and self.space.reach[3] == 0 and not len(self.space.body)
+                and is_free(self.space, *self.task.goal, 0.0))
+
     def to_first_path(self, most: float = np.inf) -> None:
         """Grow the tree until it reaches the goal zone, with so many samples at most, or until the search is over."""
         if self.history:
@@ -98,7 +111,7 @@ class Search:
             self._goals[1:1 + self._goals[0]] = inside[:_GOALS - 1]
             self._take_best_of_tree()
             return
-        self.tree, node = self._grown(self.tree, most)
+        self.tree, self._other, node = self._grown(self.tree, self._other, most)
         if node >= 0:
             self._goals[:2] = 1, node
             self._take_best_of_tree()
@@ -135,21 +148,45 @@ class Search:
         offset[:, 2] = np.abs(wrap_angle(offset[:, 2])) if self.task.radius > 0 else 0.0
         return np.flatnonzero((offset <= self.task.precision).all(axis=1))
 
-    def _grown(self, tree: Tree, most: float = np.inf) -> tuple[Tree, int]:
-        """Return a tree grown until it reaches the goal zone, and the node there or -1."""
+    def _from_goal(self) -> Tree | None:
+        """Return a new tree from the goal turned round, if there is to be one."""
+        if not self.has_two_trees:
+            return None
+        return planted(self.task.goal + (0.0, 0.0, np.pi), self.tree.box)
+
+    def _grown(self, tree: Tree, other: Tree | None, most: float = np.inf) -> tuple[Tree, Tree | None, int]:
+        """Return the trees grown until the first one reaches the goal zone, and its node there or -1."""
         from mobile_planning.sampling.rrt_kernels import FULL, REACHED, grow
 
         end = self.iterations + most
         while not self._is_over and self.iterations < end and tree.count < MOST_NODES:
             samples = int(min(_SAMPLES, self.budget - self.iterations, end - self.iterations))
-            reason, node, made = grow(self.space, tree, self.task, self._random, samples, self.stop)
+            if other is None:
+                reason, node, made = grow(self.space, tree, self.task, self._random, samples, self.stop)
+            else:
+                reason, tree, node, made = self._grow_both(tree, other, samples)
             self.iterations += made
             if reason == REACHED:
-                return tree, node
+                return tree, other, node
             if reason == FULL:
-                tree = with_room(tree, len(tree.poses))
+                tree = with_room(tree, tree.count)
+                other = None if other is None else with_room(other, other.count)
             self._report()
-        return tree, -1
+        return tree, other, -1
+
+    def _grow_both(self, tree: Tree, other: Tree, samples: int) -> tuple[int, Tree, int, int]:
+        """Grow both trees; return why that ended, the first tree, its node in the goal zone and the samples drawn."""
+        from mobile_planning.sampling.meeting_kernels import grow_both, take_branch
+        from mobile_planning.sampling.rrt_kernels import REACHED
+
+        count = max(self.task.nb_options, 10)
+        ids, ways = np.empty(count, np.int64), np.empty((count, 6))
+        reason, node, joined, made = grow_both(
+            self.space, tree, other, self.task, self._random, samples, ids, ways, self.stop)
+        if reason == REACHED and joined >= 0:
+            tree = with_room(tree, other.count + 1)
+            node = take_branch(tree, other, self.task, node, joined, ids, ways)
+        return reason, tree, node, made
 
     def _reroute(self) -> None:
         """Grow the tree by RRT*, and take up the best path that it has."""
@@ -193,7 +230,7 @@ class Search:
 
     def _scout(self) -> None:
         """Look for another way with a fresh tree, and shorten it."""
-        scout, node = self._grown(planted(self.tree.poses[0], self.tree.box), _SAMPLES)
+        scout, _, node = self._grown(planted(self.tree.poses[0], self.tree.box), self._from_goal(), _SAMPLES)
         if node < 0:
             return
         track = self.track_to(node, scout)

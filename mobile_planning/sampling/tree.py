@@ -31,7 +31,7 @@ class Tree(NamedTuple):
     #: First node of each cell, and the next one in a node's cell.
     heads: NDArray[np.int64]
     below: NDArray[np.int64]
-    #: Number of nodes, cells along a side.
+    #: Number of nodes, cells along a side; first and last column and row of cells with nodes.
     sizes: NDArray[np.int64]
     #: x_min, y_min, x_max, y_max of the cells [m].
     box: NDArray[np.float64]
@@ -46,7 +46,7 @@ def planted(root: ArrayLike, box: ArrayLike, capacity: int = _FIRST_CAPACITY) ->
     """Return a tree of one node, with room for more."""
     tree = Tree(np.zeros((capacity, 3)), np.full(capacity, -1), np.zeros(capacity), np.zeros(capacity, np.int64),
                 np.zeros((capacity, 3)), np.full(capacity, -1), np.full(capacity, -1), np.full(capacity, -1),
-                np.empty(_CELLS, np.int64), np.full(capacity, -1), np.array([1, 1]), np.array(box, float))
+                np.empty(_CELLS, np.int64), np.full(capacity, -1), np.array([1, 1, 0, 0, 0, 0]), np.array(box, float))
     tree.poses[0] = root
     tree.heads[0] = 0
     return tree

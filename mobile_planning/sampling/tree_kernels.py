@@ -13,7 +13,7 @@ ROWS = f8[:, ::1]
 COLUMN, IDS = f8[::1], i8[::1]
 TREE = types.NamedTuple((ROWS, IDS, COLUMN, IDS, ROWS, IDS, IDS, IDS, IDS, IDS, IDS, COLUMN), Tree)
 # In `Tree.sizes`.
-COUNT, SIDE = 0, 1
+COUNT, SIDE, LEFT, RIGHT, LOWEST, HIGHEST = range(6)
 #: Two poses nearer than this are one [m].
 SAME = 1e-9
 # The search for the nearest nodes ends when it has looked at so many and has as many as are wanted.
@@ -32,6 +32,18 @@ def cell_of(tree, x, y):
     return row * side + column
 
 
+@njit(void(TREE, i8), nogil=True, cache=True, _nrt=False)
+def put_into_cell(tree, node):
+    """Put a node into its cell."""
+    side = tree.sizes[SIDE]
+    cell = cell_of(tree, tree.poses[node, 0], tree.poses[node, 1])
+    tree.below[node] = tree.heads[cell]
+    tree.heads[cell] = node
+    column, row = cell % side, cell // side
+    tree.sizes[LEFT], tree.sizes[RIGHT] = min(tree.sizes[LEFT], column), max(tree.sizes[RIGHT], column)
+    tree.sizes[LOWEST], tree.sizes[HIGHEST] = min(tree.sizes[LOWEST], row), max(tree.sizes[HIGHEST], row)
+
+
 @njit(void(TREE), nogil=True, cache=True, _nrt=False)
 def index_again(tree):
     """Make the table as fine as the number of nodes asks for, and put every node into its cell."""
@@ -42,10 +54,9 @@ def index_again(tree):
     tree.sizes[SIDE] = side
     for cell in range(side * side):
         tree.heads[cell] = -1
+    tree.sizes[LEFT], tree.sizes[RIGHT], tree.sizes[LOWEST], tree.sizes[HIGHEST] = side, -1, side, -1
     for node in range(count):
-        cell = cell_of(tree, tree.poses[node, 0], tree.poses[node, 1])
-        tree.below[node] = tree.heads[cell]
-        tree.heads[cell] = node
+        put_into_cell(tree, node)
 
 
 @njit(void(TREE, i8, i8), nogil=True, cache=True, _nrt=False)
@@ -82,9 +93,7 @@ def insert(tree, x, y, heading, parent, cost, word, a, b, c):
     if tree.sizes[SIDE] < _MOST_SIDE and node >= 4 * _CROWD * tree.sizes[SIDE] ** 2:
         index_again(tree)
     else:
-        cell = cell_of(tree, x, y)
-        tree.below[node] = tree.heads[cell]
-        tree.heads[cell] = node
+        put_into_cell(tree, node)
     return node
 
 
@@ -147,18 +156,22 @@ def find_nearest(tree, x, y, heading, radius, by_line, ids, ways, wanted):
     height = (tree.box[3] - tree.box[1]) / side
     column = min(max(int((x - tree.box[0]) / width), 0), side - 1)
     row = min(max(int((y - tree.box[1]) / height), 0), side - 1)
-    for ring in range(side):
+    left, right, lowest, highest = tree.sizes[LEFT], tree.sizes[RIGHT], tree.sizes[LOWEST], tree.sizes[HIGHEST]
+    # The rings before the first and the cells beside those that have nodes are passed over.
+    for ring in range(max(left - column, column - right, lowest - row, row - highest, 0), side):
         if found == wanted and (
                 looked_at > _LOOKED_AT or (ring - 1) * min(width, height) >= ways[found - 1, 0]):
             break
-        for j in range(max(row - ring, 0), min(row + ring, side - 1) + 1):
-            whole = j == row - ring or j == row + ring
+        for j in range(max(row - ring, lowest), min(row + ring, highest) + 1):
+            step = 1 if j == row - ring or j == row + ring else 2 * ring
             i = column - ring
-            while i <= column + ring:
-                if 0 <= i < side:
+            if i < left and step == 1:
+                i = left
+            while i <= min(column + ring, right):
+                if i >= left:
                     node = tree.heads[j * side + i]
                     while node >= 0:
                         found = take_if_near(tree, node, x, y, heading, radius, by_line, ids, ways, wanted, found)
                         node, looked_at = tree.below[node], looked_at + 1
-                i += 1 if whole or ring == 0 else 2 * ring
+                i += step
     return found
