@@ -50,8 +50,7 @@ def centre(pose, side, radius):
 def words(start, goal, radius):
     """Return (length, turns, (first, middle, last)) of each word from start to goal; arcs [rad], straights [radii]."""
     return [word for word in (
-        *(outer(start, goal, side, radius) for side in (1, -1)), *(inner(start, goal, side, radius) for side in (1, -1)),
-        *(triple(start, goal, side, radius) for side in (1, -1))) if word is not None]
+        kind(start, goal, side, radius) for kind in (outer, inner, triple) for side in (1, -1)) if word is not None]
 
 
 def outer(start, goal, side, radius):

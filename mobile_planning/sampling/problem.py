@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.world.environment import Boundary, Environment
+from mobile_planning.world.boundary import Boundary
+from mobile_planning.world.environment import Environment
 from mobile_planning.world.moving_obstacle import MovingObstacle
 from mobile_planning.world.obstacles import Obstacle, PolygonObstacle, RectangleObstacle, RoundObstacle
 

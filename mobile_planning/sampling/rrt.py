@@ -15,6 +15,7 @@ from mobile_planning.errors import (
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.local_planner import LocalPlanner
 from mobile_planning.sampling.plan_result import PlanResult, PlanStatus
+from mobile_planning.sampling.request import NB_ITERATION, as_pose, check_run, three_numbers
 from mobile_planning.sampling.rrt_graph import Edge, Graph, Node
 from mobile_planning.sampling.rrt_moves import RRTMoves
 from mobile_planning.sampling.rrt_options import RRTOptions
@@ -28,9 +29,6 @@ from mobile_planning.world.environment import Environment
 if TYPE_CHECKING:
     from mobile_planning.sampling.rrt_kernels import Task
 
-#: The seed's number of iterations. Beside a deadline it does not count.
-NB_ITERATION = 100
-METRICS = ('local', 'euclidean', 'euclidian')
 # How deep a path may lie in what it touches [m]: rounding.
 _ALLOWED = 1e-9
 # Samples drawn before the clock is watched.
@@ -91,7 +89,7 @@ class RRT(RRTMoves):
     def __init__(self, environment: Environment, precision: ArrayLike = (5, 5, 1), **options):
         self.options = RRTOptions(**options)
         self.environment = environment
-        self.precision = _triple(precision, 'precision')
+        self.precision = three_numbers(precision, 'precision')
         if min(self.precision) < 0:
             raise InvalidInput(f'precision {self.precision} has a number below 0')
         self.local_planner = LocalPlanner(self.options.radius)
@@ -196,7 +194,9 @@ class RRT(RRTMoves):
             If no pose of the goal zone is free of what stands still.
         """
         pose = self._pose(goal, 'goal')
-        self._check_run(nb_iteration, goal_rate, metric, deadline, seed)
+        if self._tree is None:
+            raise InvalidInput('set_start must come before run')
+        check_run(nb_iteration, goal_rate, metric, deadline, seed)
         self._check_goal(pose)
         seed = int(np.random.SeedSequence().entropy % 2**63) if seed is None else int(seed)
         self.goal, self.goal_rate = self._position(pose), float(goal_rate)
@@ -269,33 +269,7 @@ class RRT(RRTMoves):
 
     def _pose(self, position: ArrayLike, name: str) -> NDArray[np.float64]:
         """Return a position as a pose, the heading in (-pi, pi]; 0 where it means nothing."""
-        try:
-            pose = np.array(position, float)
-        except (TypeError, ValueError):
-            raise InvalidInput(f'{name} {position!r} is not made of numbers') from None
-        if self.options.radius == 0 and pose.shape in ((2,), (3,)):
-            pose = np.append(pose[:2], 0.0)
-        if pose.shape != (3,):
-            raise InvalidInput(f'{name} {position!r} must be (x, y, psi)')
-        if not np.isfinite(pose).all():
-            raise InvalidInput(f'{name} {tuple(pose.tolist())} has a number that is not finite')
-        pose[2] = wrap_angle(pose[2])
-        return pose
-
-    def _check_run(self, nb_iteration, goal_rate, metric, deadline, seed) -> None:
-        """Refuse what cannot be a run."""
-        if self._tree is None:
-            raise InvalidInput('set_start must come before run')
-        if not (isinstance(nb_iteration, (int, np.integer)) and nb_iteration >= 0):
-            raise InvalidInput(f'nb_iteration {nb_iteration!r} is not a whole number of at least 0')
-        if not (np.isreal(goal_rate) and 0 <= goal_rate <= 1):
-            raise InvalidInput(f'goal_rate {goal_rate!r} is not within 0..1')
-        if metric not in METRICS:
-            raise InvalidInput(f'metric {metric!r} is none of {", ".join(METRICS)}')
-        if deadline is not None and not (np.isreal(deadline) and deadline >= 0):
-            raise InvalidInput(f'deadline {deadline!r} s is not a number of at least 0')
-        if seed is not None and not (isinstance(seed, (int, np.integer)) and seed >= 0):
-            raise InvalidInput(f'seed {seed!r} is not a whole number of at least 0')
+        return as_pose(position, name, self.options.radius > 0)
 
     def _check_goal(self, goal: NDArray[np.float64]) -> None:
         """Refuse a goal whose zone has no pose free of what stands still."""
@@ -347,14 +321,3 @@ class RRT(RRTMoves):
             result_of(track, end, self.options.radius), status=status, seed=search.seed,
             history=tuple(search.history), iterations=search.iterations, nodes=search.tree.count,
             elapsed=search.elapsed)
-
-
-def _triple(values: ArrayLike, name: str) -> tuple[float, float, float]:
-    """Return three finite numbers."""
-    try:
-        numbers = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        numbers = ()
-    if len(numbers) != 3 or not all(map(isfinite, numbers)):
-        raise InvalidInput(f'{name} {values!r} is not made of three finite numbers')
-    return numbers
