@@ -71,9 +71,10 @@ class RRT(RRTMoves):
 
     Notes
     -----
-    LaValle (1998), Rapidly-exploring random trees; Karaman and Frazzoli (2011) for ``star``. A robot of turning radius
-    0 goes in straight lines, its positions are (x, y); what has an outline and turns on the spot is planned for as the
-    disc that it covers in turning.
+    LaValle (1998), Rapidly-exploring random trees; Karaman and Frazzoli (2011) for ``star``; Kuffner and LaValle (2000)
+    for the second tree that grows from the goal where it can (option ``two_trees``), of which only the way to the goal
+    is kept. A robot of turning radius 0 goes in straight lines, its positions are (x, y); what has an outline and turns
+    on the spot is planned for as the disc that it covers in turning.
 
     Examples
     --------
