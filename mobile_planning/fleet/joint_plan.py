@@ -95,6 +95,11 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
     steps = best_steps(wide, urgency, rng, _WIDE_LIMITS)
     if not steps.is_solved:
         steps = best_steps(instance, urgency, rng)
+    if not steps.is_solved:
+        # Those who touch each other may have no place to part to: there are more around each of them.
+        bodies = [(member.start, member.radius) for member in members]
+        instance, places = make_instance(roadmap.beside(bodies, GAP), members, standing)
+        steps = best_steps(instance, urgency, rng)
     is_whole = steps.is_solved and (horizon is None or horizon >= len(steps.edges))
     if horizon is not None:
         steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)

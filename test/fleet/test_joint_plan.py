@@ -9,6 +9,7 @@ from hypothesis.extra.numpy import arrays
 from pebble_graphs import play
 
 from mobile_planning import Boundary, Environment, PolygonObstacle
+from mobile_planning.fleet import scenarios
 from mobile_planning.fleet.joint_plan import GAP, Member, segments_apart, make_instance, plan_jointly
 from mobile_planning.fleet.pebble_search import solve
 from mobile_planning.fleet.roadmap import LONG_REACH, Roadmap
@@ -113,6 +114,15 @@ def test_one_in_the_way_steps_aside_and_comes_back(doorway):
 def test_robots_that_touch_can_leave_each_other(doorway):
     members = [Member((-1.0, 0.0), (-2.0, 1.0), RADIUS), Member((-1.0, 2 * RADIUS + 1e-4), (-2.0, -1.0), RADIUS)]
     assert plan_jointly(doorway, members, np.random.default_rng(0)).is_whole
+
+
+def test_robots_that_touch_where_the_lattice_has_no_place_to_part_to_are_led_apart():
+    # Found by a mission with loss: each could only go to places that are nearer to the other.
+    forest = scenarios.make('forest', seed=10, robots=16).environment
+    members = [Member((2.4442, -1.7750), (4.619, -4.847), 0.205), Member((2.3565, -2.1837), (4.633, -4.016), 0.205)]
+    found = plan_jointly(Roadmap(forest, 0.205), members, np.random.default_rng(0))
+    assert found.is_whole
+    assert [way[-1].tolist() for way in found.ways] == [list(member.goal) for member in members]
 
 
 def test_a_robot_that_touches_a_wall_can_leave_it(doorway):
