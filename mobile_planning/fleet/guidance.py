@@ -17,8 +17,8 @@ from mobile_planning.fleet.way_finder import WayFinder
 from mobile_planning.geometry import finite_points
 from mobile_planning.world.environment import Environment
 
-#: Room left beside a parked robot on the way [m], and when a plan is drawn past it.
-_PASS, _BRUSH = 0.1, 0.05
+#: Room left beside a parked robot on the way [m], when a plan is drawn past it, and when that is along a given way.
+_PASS, _BRUSH, _GRAZE = 0.1, 0.05, 0.01
 #: The reference runs ahead of the fastest drive by this distance [m] and this factor.
 _AHEAD, _FASTER = 0.15, 1.05
 #: Right-hand rule: a robot counts as ahead from this cosine on, and as near for so long at full speed [s].
@@ -156,7 +156,7 @@ class Guidance:
             if velocity is not None and len(way) == 2 and given is None:
                 return self._predicted(way, standing, neighbours, parked, stalled, step, velocity)
             way = self._keep_right(way, standing, neighbours, parked, stalled, step)
-        return self.follow(way, standing, step, parked)
+        return self._drawn(way, standing, step, self._discs(parked, _BRUSH))
 
     def follow(self, way: ArrayLike, standing: ArrayLike, step: float,
                parked: Sequence[Neighbour] = ()) -> NDArray[np.float64]:
@@ -174,10 +174,14 @@ class Guidance:
         -------
         (M, 2) ndarray [m]
         """
-        reach = _AHEAD + _FASTER * self.v_max * step * np.arange(1.0, len(standing) + 1)
-        return self._finder.drawn(finite_points(way), finite_points(standing), self._discs(parked, _BRUSH), reach)
+        return self._drawn(finite_points(way), finite_points(standing), step, self._discs(parked, _GRAZE))
 
     # How it works
+
+    def _drawn(self, way, standing, step, discs):
+        """Return for each row of ``standing`` the furthest point of the way that it sees and that is to be reached."""
+        reach = _AHEAD + _FASTER * self.v_max * step * np.arange(1.0, len(standing) + 1)
+        return self._finder.drawn(way, standing, discs, reach)
 
     def _rest_of_given(self, position, stalled):
         """Return what is left of the given way from ``position`` (2,) [m] on; None where there is none to follow."""

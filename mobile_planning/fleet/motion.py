@@ -160,7 +160,8 @@ class Motion:
 
     def led(self, section: Section, course: Course, way: NDArray) -> Section:
         """Return the section along ``way`` (W, 2) [m]."""
-        return self._drawn(section, course, course.guidance.follow(way, section.knots, self._step))
+        reference = course.guidance.follow(way, section.knots, self._step, self.surroundings.standing())
+        return self._drawn(section, course, reference)
 
     def sent_on(self, section: Section, course: Course, now: float) -> Section:
         """Return the section towards the goal among all others."""

@@ -39,12 +39,16 @@ class Surroundings:
                       message.mode in (Mode.DONE, Mode.STOPPED) and message.plan.end_knot <= knot, velocity,
                       message.v_max)
             for message, position, velocity in zip(heard, positions, velocities)]
-        for place, radius in self._protocol.discs():
+        for body in self.standing():
             # Most of those that rest have been heard, too.
-            if (np.linalg.norm(positions - place, axis=1) >= radius).all():
-                neighbours.append(Neighbour(place, place, place, radius, True))
-                positions = np.concatenate([positions, [place]])
+            if (np.linalg.norm(positions - body.position, axis=1) >= body.radius).all():
+                neighbours.append(body)
+                positions = np.concatenate([positions, [body.position]])
         return neighbours
+
+    def standing(self) -> list[Neighbour]:
+        """Return those that will not move: dead, or not switched on."""
+        return [Neighbour(place, place, place, radius, True) for place, radius in self._protocol.discs()]
 
     def fences(self, knot: int, points: NDArray, spans: int) -> Fences:
         """Return the fences of all contracts and resting peers.

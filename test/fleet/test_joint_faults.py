@@ -23,10 +23,17 @@ def test_all_get_through_a_door_with_cuts_and_bursts_or_robots_that_start_anew_o
 
 
 @pytest.mark.parametrize('kind, seed', [('kill', 0), ('kill', 1), ('all', 1), ('all', 2)])
-def test_where_one_dies_the_others_get_home_but_whom_the_dead_cut_off(kind, seed):
+def test_where_one_dies_the_others_get_home_but_whom_the_dead_cut_off_or_bind_for_want_of_a_certificate(kind, seed):
     report = through_a_door(kind, seed)
-    assert not report.violations and all(each.is_cut_off for each in report.waiting)
+    assert not report.violations and all(each.is_cut_off or each.bound_to_dead for each in report.waiting)
     assert report.arrived + len(report.waiting) >= 3
+
+
+def test_those_who_live_are_led_past_one_that_died_in_their_midst():
+    # The way bends around the dead one: drawn to what lies behind it, nobody would move.
+    world = scenarios.make('swap', robots=4, seed=0)
+    report = world.run(seed=0, faults=draw_faults('death', list(world.robots), 0))
+    assert report.arrived == 3 and not report.violations and report.joint_plans >= 1
 
 
 def test_two_jams_at_once_are_both_resolved():
