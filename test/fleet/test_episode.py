@@ -35,10 +35,11 @@ class Scribe:
 
     def __post_init__(self):
         self.rho, self.is_done, self.has_answers, self._sequence = 0.2, False, False, 0
+        self.method, self.cycle = 'contracts', self.Tc
         self.goal = np.array([*self.at, 0.0])
         self.limits = SimpleNamespace(radius=0.2 + self.margin, v_max=1.0)
         self.plan = Plan.at_rest(0, self.Tc, np.array([*self.at, 0.0])) if self.plan is None else self.plan
-        self.protocol = SimpleNamespace(epoch=self.epoch, terms=Terms(rest_time=3.75), bound=lambda: [],
+        self.protocol = SimpleNamespace(epoch=self.epoch, rest_time=3.75, terms=Terms(rest_time=3.75), bound=lambda: [],
                                         links=lambda now: {}, may_move=lambda now, at_rest: False)
 
     def of(self, kind):
