@@ -6,6 +6,8 @@ from xml.etree import ElementTree
 POLICY = Path(__file__).resolve().parent.parent / 'config' / 'security' / 'policy.xml'
 #: What each kind of entity may be allowed to do.
 DEEDS = {'topic': ('publish', 'subscribe'), 'service': ('reply', 'request'), 'action': ('execute', 'call')}
+#: What one who executes an action answers and publishes.
+ACTION = {'reply': ('send_goal', 'cancel_goal', 'get_result'), 'publish': ('feedback', 'status')}
 
 
 def allowances():
@@ -23,7 +25,13 @@ def allowances():
                     names = [own + each.text[1:] if each.text.startswith('~') else each.text
                              for each in group.iterfind(kind)]
                     for deed in possible:
-                        deeds.setdefault(deed, []).extend(names if group.get(deed) == 'ALLOW' else [])
+                        if group.get(deed) != 'ALLOW':
+                            continue
+                        deeds.setdefault(deed, []).extend(names)
+                        # An action is three services and two topics.
+                        for other, parts in ACTION.items() if deed == 'execute' else ():
+                            deeds.setdefault(other, []).extend(
+                                f'{name}/_action/{part}' for name in names for part in parts)
     return found
 
 

@@ -12,7 +12,8 @@ PAGES = {path.name: path.read_text(encoding='utf-8') for path in (ROOT / 'README
 README, NODES, FLEET = (PAGES[name] for name in ('README.md', 'nodes.md', 'fleet.md'))
 EXAMPLES = re.findall(r'```python\n(.*?)```', README, re.DOTALL)
 #: Where the parameters of each node are declared.
-OPTIONS = {'map_server': 'map_server', 'grid_planner': 'grid_planner_options', 'robot': 'robot_options',
+OPTIONS = {'map_server': 'map_server', 'grid_planner': 'grid_planner_options',
+           'sampling_planner': 'sampling_planner_options', 'robot': 'robot_options',
            'world_sim': 'world_sim_options'}
 
 

@@ -5,6 +5,7 @@ from robot_fleet import Fleet
 
 from mobile_planning.nodes.grid_planner import GridPlanner
 from mobile_planning.nodes.map_server import MapServer
+from mobile_planning.nodes.sampling_planner import SamplingPlanner
 from mobile_planning.nodes.world_sim import WorldSimNode
 
 #: What a node has only now and then: with simulated time, with tf2_ros, while it saves the map of a topic.
@@ -32,7 +33,8 @@ def running(ros, tmp_path):
     scene.write_text('boundary: {x: [0, 4], y: [0, 4]}\nrobots: [{id: 1, start: [1, 1, 0], goal: [2, 1, 0]}]')
     fleet = Fleet(ros)
     robots = [fleet.robot(1), fleet.robot(2, simulate=False, takes_goal_pose=True)]
-    return {'map_server': [ros.add(MapServer)], 'grid_planner': [ros.add(GridPlanner)], 'robot': robots,
+    return {'map_server': [ros.add(MapServer)], 'grid_planner': [ros.add(GridPlanner)],
+            'sampling_planner': [ros.add(SamplingPlanner)], 'robot': robots,
             'world_sim': [ros.add(WorldSimNode, scene=str(scene))]}
 
 
