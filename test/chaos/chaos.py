@@ -75,7 +75,6 @@ class Run:
         try:
             with Switch(list(hosts.values()), self._seed) as switch:
                 self._hosts, self._switch = hosts, switch
-                switch.weather = self._storm.weather
                 try:
                     self._start_all()
                     self._drive()
@@ -137,6 +136,7 @@ class Run:
         begun = self._begun()
         if begun is None:
             return
+        self._switch.weather = self._storm.weather
         due = sorted(self._deeds(), key=lambda deed: deed[0])
         end = begun + self._scene.timeout + max((cut.duration for cut in self._storm.cuts), default=0.0) + 30.0
         while time() < end and self._processes['world_sim'].poll() is None:

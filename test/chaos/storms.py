@@ -44,7 +44,7 @@ class Storm:
     Attributes
     ----------
     weather : Weather
-        From before the first word on.
+        From the start of the mission on.
     blows : tuple of Blow
     cuts : tuple of Cut
     """
