@@ -29,7 +29,10 @@ def hear(message):
         print('heard', message.data, flush=True)
 node.create_subscription(String, '/chat', hear, 10)
 node.create_timer(0.1, lambda: publisher.publish(String(data=sys.argv[1])))
-rclpy.spin(node)
+try:
+    rclpy.spin(node)
+except rclpy.executors.ExternalShutdownException:
+    node.destroy_node()
 '''
 
 
@@ -68,9 +71,11 @@ def chat(tmp_path):
         with Switch(list(hosts.values())):
             yield chat
     finally:
+        # Whoever is killed leaves its shared memory behind.
         for process in chat.processes:
-            process.kill()
-            process.wait()
+            process.terminate()
+        for process in chat.processes:
+            assert process.wait(30.0) is not None
         for host in hosts.values():
             host.close()
 
