@@ -160,8 +160,14 @@ class Motion:
 
     def led(self, section: Section, course: Course, way: NDArray) -> Section:
         """Return the section along ``way`` (W, 2) [m]."""
-        reference = course.guidance.follow(way, section.knots, self._step, self.surroundings.standing())
-        return self._drawn(section, course, reference)
+        standing = self.surroundings.standing()
+        for part in (way, way[:2]):
+            reference = course.guidance.follow(part, section.knots, self._step, standing)
+            found = self._drawn(section, course, reference)
+            # A way that bends may be drawn against somebody beside it; its first move is free by the joint plan.
+            if found.new is not None or not section.stands or len(way) <= 2:
+                break
+        return found
 
     def sent_on(self, section: Section, course: Course, now: float) -> Section:
         """Return the section towards the goal among all others."""

@@ -36,6 +36,13 @@ def test_those_who_live_are_led_past_one_that_died_in_their_midst():
     assert report.arrived == 3 and not report.violations and report.joint_plans >= 1
 
 
+def test_who_stands_beside_another_sets_out_along_the_first_move_of_a_way_that_bends():
+    # Drawn to where the way leads after the bend, its plan was drawn against its neighbour: three stood for ever.
+    world = scenarios.make('line_swap', robots=8, seed=5)
+    report = world.run(5, 0.1, 0.1, faults=draw_faults('storm', list(world.robots), 5, 0.004))
+    assert report.arrived == 8 and not report.violations
+
+
 def test_two_jams_at_once_are_both_resolved():
     def box(low, high):
         return PolygonObstacle([(-0.1, low), (0.1, low), (0.1, high), (-0.1, high)])
