@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,10 +47,7 @@ class Logbook:
         OSError
             The file cannot be written, or is full.
         """
-        plan = entry.plan
-        line = json.dumps({'epoch': entry.epoch, 'commit': _or_none(entry.commit), 'first_knot': plan.first_knot,
-                           'step': plan.step, 'points': plan.points.tolist(), 'heading': plan.heading,
-                           'final_heading': _or_none(plan.final_heading), 'reverse': plan.reverse})
+        line = json.dumps(as_fields(entry))
         with self._path.open('a') as file:
             if file.tell() > _LARGEST:
                 raise OSError(f'logbook {self._path} has {file.tell()} bytes, it is full')
@@ -67,18 +65,26 @@ class Logbook:
             if self._path.stat().st_size > 2 * _LARGEST:
                 raise InvalidInput(f'logbook {self._path} has more than {2 * _LARGEST} bytes')
             *lines, _ = self._path.read_text().split('\n')
-            return tuple(map(_entry, lines))
+            return tuple(entry(json.loads(line)) for line in lines)
         except FileNotFoundError:
             return ()
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise InvalidInput(f'logbook {self._path} cannot be read: {error}') from None
 
 
-def _entry(line):
-    content = json.loads(line)
-    plan = Plan(content['first_knot'], content['step'], content['points'], content['heading'],
-                _or_nan(content['final_heading']), content['reverse'])
-    return Entry(plan, _or_nan(content['commit']), int(content['epoch']))
+def as_fields(entry: Entry) -> dict[str, object]:
+    """Return an entry as JSON can hold it."""
+    plan = entry.plan
+    return {'epoch': entry.epoch, 'commit': _or_none(entry.commit), 'first_knot': plan.first_knot, 'step': plan.step,
+            'points': plan.points.tolist(), 'heading': plan.heading, 'final_heading': _or_none(plan.final_heading),
+            'reverse': plan.reverse}
+
+
+def entry(fields: Mapping[str, object]) -> Entry:
+    """Return the entry that `as_fields` has taken apart."""
+    plan = Plan(fields['first_knot'], fields['step'], fields['points'], fields['heading'],
+                _or_nan(fields['final_heading']), fields['reverse'])
+    return Entry(plan, _or_nan(fields['commit']), int(fields['epoch']))
 
 
 def _or_none(number):

@@ -100,8 +100,9 @@ class Guard:
             self.newest = str(error)
         else:
             self.faults += 1
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            self.newest = f'{where} failed with {type(error).__name__}: {error} ({place.filename}:{place.lineno})'
+            places = traceback.extract_tb(error.__traceback__)[-1:]
+            self.newest = f'{where} failed with {type(error).__name__}: {error}' + ''.join(
+                f' ({place.filename}:{place.lineno})' for place in places)
         kind, now = (where, type(error)), time.monotonic()
         if now - self._logged.get(kind, -QUIET) >= QUIET:
             self._logged[kind] = now

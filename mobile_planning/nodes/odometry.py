@@ -1,9 +1,11 @@
-"""MapOdometry: where a real base is on the map, from its odometry and TF."""
+"""Where a real base is on the map: from ``~/pose``, or from its odometry and TF."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.util import find_spec
 
 import numpy as np
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -12,8 +14,39 @@ from rclpy.time import Time
 from mobile_planning.errors import InvalidInput, UnknownFrame
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import seconds
-from mobile_planning.nodes.convert_pose import localisation_error, placed
+from mobile_planning.nodes.convert_pose import localisation_error, localised, placed
 from mobile_planning.nodes.guard import Guard
+
+#: Takes the pose (3,) [m, m, rad], the time [s] and the error [m].
+Localise = Callable[[np.ndarray, float, float], None]
+
+
+def require_tf() -> None:
+    """Raise InvalidInput where tf2_ros is not installed."""
+    if find_spec('tf2_ros') is None:
+        raise InvalidInput('localisation is tf, but tf2_ros is not installed: publish the pose on ~/pose and set '
+                           'localisation to pose')
+
+
+class MapPose:
+    """Hands on the pose of ``~/pose``.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+    guard : Guard
+    frame : str
+        Of the map.
+    localise : callable
+    """
+
+    def __init__(self, node: Node, guard: Guard, frame: str, localise: Localise):
+        self._frame, self._localise = frame, localise
+        node.create_subscription(PoseWithCovarianceStamped, '~/pose', guard.callback(self._on_pose), qos.live(1))
+
+    def _on_pose(self, message):
+        self._localise(localised(message, self._frame), seconds(message.header.stamp),
+                       localisation_error(message.pose.covariance))
 
 
 class MapOdometry:
@@ -26,20 +59,11 @@ class MapOdometry:
     frame : str
         Of the map.
     localise : callable
-        Takes the pose (3,) [m, m, rad], the time [s] and the error [m].
-
-    Raises
-    ------
-    InvalidInput
-        tf2_ros is not installed.
     """
 
-    def __init__(self, node: Node, guard: Guard, frame: str, localise: Callable[[np.ndarray, float, float], None]):
-        try:
-            import tf2_ros
-        except ImportError:
-            raise InvalidInput('localisation is tf, but tf2_ros is not installed: publish the pose on ~/pose and '
-                               'set localisation to pose') from None
+    def __init__(self, node: Node, guard: Guard, frame: str, localise: Localise):
+        import tf2_ros
+
         self._frame, self._localise, self._failure = frame, localise, tf2_ros.TransformException
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer, node)

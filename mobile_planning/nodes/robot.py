@@ -15,7 +15,7 @@ from rclpy.node import Node
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.message import RobotMsg
 from mobile_planning.nodes import convert, qos, wire
-from mobile_planning.nodes.body import Body
+from mobile_planning.nodes.body import make_body
 from mobile_planning.nodes.diagnostics import Diagnostics
 from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.parameters import Parameters
@@ -49,7 +49,7 @@ class RobotNode(Node):
     """
 
     def __init__(self, robot_id: int | None = None, host: RobotHost | None = None, name: str = 'robot', **kwargs):
-        self._own_host = None
+        self._own_host = self._body = None
         super().__init__(name, enable_rosout=False, **kwargs)
         options = Parameters(self, RobotOptions).values
         self._frame, self._guard = options.frame_id, Guard(self)
@@ -59,7 +59,7 @@ class RobotNode(Node):
         self._own_host = RobotHost(self, self._guard, options) if host is None else None
         self.host = host or self._own_host
         try:
-            self._body = Body(self, self._guard, options, self.robot_id, tracker, self._on_pose)
+            self._body = make_body(self, self._guard, options, self.robot_id, tracker, self._on_pose)
             self._agent = self._make_agent(scene, options)
         except BaseException:
             self.destroy_node()
@@ -93,6 +93,8 @@ class RobotNode(Node):
         """End the threads, then the node."""
         if self._own_host is not None:
             self._own_host.close()
+        if self._body is not None:
+            self._body.close()
         super().destroy_node()
 
     # What the bus hears
@@ -128,7 +130,11 @@ class RobotNode(Node):
 
     def _on_pose(self, pose):
         """Take in where the body is found, before there is a plan."""
-        self._later(self._agent.place, pose, self._now())
+        self._later(self._place, pose)
+
+    def _place(self, pose):
+        if self._agent.robot is None:
+            self._agent.place(pose, self._now())
 
     # What is due
 

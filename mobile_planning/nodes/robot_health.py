@@ -115,6 +115,8 @@ class RobotHealth:
         options = self._options
         if monotonic() - self._began > _HUNG:
             return f'the planner has not answered for more than {_HUNG:g} s: the plan in force is driven to its end'
+        if self._body.trouble():
+            return self._body.trouble()
         for name, value, limit, unit in (
                 ('the body is off its plan by', body.tracking_error + body.drift, options.tracking_margin, 'm'),
                 ('the pose may be wrong by', body.localisation_error, options.localisation_margin, 'm'),

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from mobile_planning.nodes.body import ControlLoop
+from mobile_planning.nodes.control_loop import ControlLoop
 from mobile_planning.nodes.fleet_bus import FleetBus
 from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.robot_options import RobotOptions

@@ -111,6 +111,15 @@ class RobotOptions:
         # Who is behind its plan must be able to catch up.
         return Tracker(1.2 * u_max[0], 1.2 * u_max[1], a_max=self.base_a_max, alpha_max=self.base_alpha_max)
 
+    @property
+    def most_drift(self) -> float:
+        """By how much [m] a body may be elsewhere than thought before it stops."""
+        return max(self.tracking_margin, 1e-3)
+
+    def logbook_of(self, robot_id: int) -> str:
+        """Return the file of the logbook of one robot."""
+        return self.logbook.replace('{id}', str(robot_id))
+
     def base(self) -> BaseOptions:
         """Return what the simulated base is like."""
         return BaseOptions(self.base_a_max, self.base_alpha_max, self.base_slip, self.base_noise)

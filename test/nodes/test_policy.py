@@ -18,30 +18,32 @@ def names(pairs):
     return {name for name, _ in pairs}
 
 
-def graph(node):
-    """Return the names that a node uses, by deed."""
-    asked = node, node.get_name(), node.get_namespace()
+def graph(node, name):
+    """Return the names that a node uses, by deed, as another one sees them."""
     tell = {'publish': 'publisher', 'subscribe': 'subscriber', 'reply': 'service', 'request': 'client'}
-    return {deed: names(getattr(asked[0], f'get_{kind}_names_and_types_by_node')(*asked[1:]))
+    return {deed: names(getattr(node, f'get_{kind}_names_and_types_by_node')(name, '/'))
             for deed, kind in tell.items()}
 
 
 @pytest.fixture
 def running(ros, tmp_path):
-    """Return the nodes of each kind, with all that their parameters can add."""
+    """Return the names of the nodes of each kind, with all that their parameters can add."""
     scene = tmp_path / 'two.yaml'
     scene.write_text('boundary: {x: [0, 4], y: [0, 4]}\nrobots: [{id: 1, start: [1, 1, 0], goal: [2, 1, 0]}]')
     fleet = Fleet(ros)
-    robots = [fleet.robot(1), fleet.robot(2, simulate=False, takes_goal_pose=True)]
-    return {'map_server': [ros.add(MapServer)], 'grid_planner': [ros.add(GridPlanner)],
-            'sampling_planner': [ros.add(SamplingPlanner)], 'robot': robots,
-            'world_sim': [ros.add(WorldSimNode, scene=str(scene))]}
+    fleet.robot(1), fleet.robot(2, simulate=False, takes_goal_pose=True)
+    for node, parameters in (MapServer, {}), (GridPlanner, {}), (SamplingPlanner, {}), (WorldSimNode, {'scene': scene}):
+        ros.add(node, **{name: str(value) for name, value in parameters.items()})
+    # The pilot of a real base is a process of its own.
+    ros.until(lambda: ros.node.count_publishers('/robot_2/cmd_vel') and ros.node.count_subscribers('/robot_2/pose'))
+    return {'robot': ['robot_1', 'robot_2', 'robot_2_pilot'],
+            **{name: [name] for name in ('map_server', 'grid_planner', 'sampling_planner', 'world_sim')}}
 
 
-def test_nodes_have_exactly_the_names_that_the_policy_gives_them(running):
+def test_nodes_have_exactly_the_names_that_the_policy_gives_them(ros, running):
     granted = allowances()
     for enclave, nodes in running.items():
-        used = [graph(node) for node in nodes]
+        used = [graph(ros.node, name) for name in nodes]
         for deed in 'publish', 'subscribe', 'reply', 'request':
             patterns = granted[enclave].get(deed, [])
             named = set().union(*(each[deed] for each in used))

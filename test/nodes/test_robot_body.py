@@ -1,10 +1,10 @@
-"""The robot's body: simulated or real, with a planner that hangs or fails, poses that end, processes that restart."""
+"""The robot's simulated body, with a planner that hangs or fails, worlds that change, processes that restart."""
 import threading
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped
 from mobile_planning_msgs.msg import ObstacleArray, RobotStatus
 from mobile_planning_msgs.srv import SetGoal
 from nav_msgs.msg import Odometry, Path
@@ -14,9 +14,8 @@ from std_srvs.srv import Trigger
 
 from mobile_planning.errors import GoalOutside, InvalidInput, UnknownFrame
 from mobile_planning.fleet.announcement import State
-from mobile_planning.fleet.base import SimulatedBase
 from mobile_planning.nodes import convert_obstacles, qos, wire
-from mobile_planning.nodes.convert import header, path_message, path_poses, pose_message, pose_stamped
+from mobile_planning.nodes.convert import path_message, path_poses, pose_stamped
 from mobile_planning.world.obstacles import PolygonObstacle
 
 #: Two metres ahead.
@@ -195,79 +194,6 @@ def test_an_obstacle_that_appears_on_the_way_is_braked_for_and_said_until_it_is_
     obstacles.publish(convert_obstacles.obstacles_message([], fleet.now, 'map'))
     ros.until(lambda: fleet.solutions)
     assert fleet.solutions[0].done
-
-
-class RealBase:
-    """A base with a localisation, as the robot sees them from outside."""
-
-    def __init__(self, ros, pose, covariance=1e-7):
-        self._ros, self.base, self._covariance, self.is_localised = ros, SimulatedBase(pose), covariance, True
-        self._poses = ros.node.create_publisher(PoseWithCovarianceStamped, '/robot_1/pose', qos.live(1))
-        self.commands = ros.listen(TwistStamped, '/robot_1/cmd_vel', qos.live(1))
-        self._seen = None
-        ros.node.create_timer(0.02, self._tick)
-
-    def _tick(self):
-        now = self._ros.node.get_clock().now().nanoseconds * 1e-9
-        twist = self.commands[-1].twist if self.commands else None
-        if twist is not None and self._seen is not None:
-            self.base.drive((twist.linear.x, twist.angular.z), now - self._seen)
-        self._seen = now
-        if self.is_localised:
-            message = PoseWithCovarianceStamped(header=header('map', wire.stamp(now)))
-            message.pose.pose = pose_message(self.base.pose)
-            message.pose.covariance[0] = message.pose.covariance[7] = self._covariance
-            self._poses.publish(message)
-
-
-def test_a_real_base_is_driven_by_its_commands_from_where_its_localisation_says(ros, fleet):
-    base = RealBase(ros, (1.05, 1.02, 0.1))
-    fleet.robot(simulate=False, **LONG)
-    fleet.map()
-    fleet.announce(State.STARTED, start=fleet.now)
-    assert fleet.hear().latest_z == pytest.approx([1.05, 1.02], abs=1e-6)
-    ros.until(lambda: fleet.solutions)
-    assert base.commands[-1].header.frame_id == 'robot_1/base_link'
-    ros.until(lambda: abs(base.commands[-1].twist.linear.x) < 0.01)
-    assert base.base.pose[:2] == pytest.approx([3.0, 1.0], abs=0.03)
-
-
-def test_a_real_base_that_loses_its_localisation_comes_to_rest_and_drives_on_when_it_is_back(ros, fleet):
-    base = RealBase(ros, (1.0, 1.0, 0.0))
-    fleet.robot(simulate=False, **LONG)
-    statuses = ros.listen(RobotStatus, '/robot_1/status', qos.live(1))
-    fleet.map()
-    fleet.announce(State.STARTED, start=fleet.now)
-    ros.until(lambda: base.base.pose[0] > 1.2)
-    base.is_localised = False
-    ros.until(lambda: statuses and 'no pose for more than 0.5 s' in statuses[-1].trouble
-              and abs(base.commands[-1].twist.linear.x) < 1e-3)
-    assert base.base.pose[0] < 2.8 and statuses[-1].pose_age > 0.5
-    base.is_localised = True
-    ros.until(lambda: fleet.solutions)
-    assert fleet.solutions[0].done
-
-
-def test_a_pose_that_is_worse_than_the_margin_allows_is_an_error(ros, fleet):
-    RealBase(ros, (1.0, 1.0, 0.0), covariance=1e-4)
-    fleet.robot(simulate=False, **LONG)
-    fleet.map()
-    status, facts = fleet.diagnosis(lambda status: 'the pose may be wrong by 0.0303 m' in status.message)
-    assert status.level == DiagnosticStatus.ERROR and facts['localisation error [mm]'] == '30.3'
-
-
-def test_poses_that_make_no_sense_are_counted_and_passed_over(ros, fleet):
-    node = fleet.robot(simulate=False, **LONG)
-    poses = ros.node.create_publisher(PoseWithCovarianceStamped, '/robot_1/pose', qos.live(10))
-    fleet.map()
-    ros.until(poses.get_subscription_count)
-    for count, (frame, x) in enumerate([('odom', 1.0), ('', 1.0), ('map', float('nan'))], 1):
-        message = PoseWithCovarianceStamped(header=header(frame))
-        message.pose.pose.position.x = x
-        poses.publish(message)
-        ros.until(lambda: node._guard.rejected.total() == count)
-    status, _ = fleet.diagnosis()
-    assert status.message == 'waiting for the pose' and not fleet.messages
 
 
 @pytest.mark.parametrize('parameters, words', [
