@@ -87,6 +87,8 @@ class HorizonRobot:
     planning_process : None
         The process that plans is the caller's: the simulation's, or that of the node ``robot``.
     sections : list of SectionRecord
+    sections_late : int
+        Sections that were planned and came too late.
 
     Raises
     ------
@@ -133,7 +135,7 @@ class HorizonRobot:
                                                ('goal', kine_model.z_final, GoalOutside, GoalOccupied)):
             self._require_room(name, place, outside, occupied)
         self._sections = ProvedSections(kine_model, self.environment, self.limits, self.options)
-        self._mode, self._is_paused, self.sections = Mode.WAITING, False, []
+        self._mode, self._is_paused, self.sections, self.sections_late = Mode.WAITING, False, [], 0
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
         self._plans, self._commits, self._now, self._mission_start = [first], [np.nan], float(start_time), np.inf
         self._is_blocked, self._no_room = False, ''
@@ -552,6 +554,7 @@ class HorizonRobot:
     def _drop_what_is_late(self, now):
         candidate = self.protocol.candidate
         if candidate is not None and not self._is_in_time(candidate.plan.first_knot):
+            self.sections_late += 1
             self.protocol.drop()
 
     def _note(self, intention):

@@ -198,7 +198,10 @@ class Motion:
     def commit(self, section: Section, course: Course, now: float) -> None:
         """Put in force at ``now`` [s] of the section what is proved; nothing where it comes too late."""
         knot = section.first_knot
-        if section.new is None or now > knot * self._step - _GUARD:
+        if section.new is None:
+            return
+        if now > knot * self._step - _GUARD:
+            self.record.late += 1
             return
         points = self._forced(section) if section.is_forced else self._kept(section, now)
         if points is section.old:

@@ -20,11 +20,14 @@ class PlanRecord:
     ----------
     section_times : list of float [s]
         To plan each section.
+    late : int
+        Sections that were planned and came too late.
     """
 
     def __init__(self, first: Plan):
         self._plans, self._commits = [first], [np.nan]
         self.section_times: list[float] = []
+        self.late = 0
 
     def __len__(self) -> int:
         return len(self._plans)

@@ -411,6 +411,11 @@ class Robot:
         """Time [s] to plan each section."""
         return list(self._motion.record.section_times)
 
+    @property
+    def sections_late(self) -> int:
+        """Sections that were planned and came too late to be driven."""
+        return self._motion.record.late
+
     def state(self, now: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at ``now`` [s] by the plan in force."""
         return self._motion.record.state(now)

@@ -149,7 +149,8 @@ class RobotNode(Node):
         # The period is set anew each time: the steady clock knows nothing of the phase of the common one.
         self._cycle.timer_period_ns = int(1e9 * self._agent.until_cycle(self._now()))
         self._cycle.reset()
-        self._health.look(self._is_planning, self.get_logger())
+        if self._health.look(self._is_planning, self.get_logger()):
+            self._statuses.publish(self._health.status(self._now(), self._frame))
         if self._is_planning:
             return
         self._is_planning = True

@@ -48,15 +48,17 @@ class RobotHealth:
                 self._longest, self._began = max(self._longest, monotonic() - self._began), np.inf
         return watched
 
-    def look(self, is_late: bool, logger) -> None:
-        """Note once a cycle whether it is missed, and who fell silent or is heard again."""
+    def look(self, is_late: bool, logger) -> bool:
+        """Note once a cycle whether it is missed, and who fell silent or is heard again; return whether anybody did."""
         self._late += is_late
         silent = frozenset(self._heard_not())
-        if self._agent.robot is not None and silent != self._silent:
-            for verb, who in (('is silent', silent - self._silent), ('is heard', self._silent - silent)):
-                for robot_id in sorted(who):
-                    logger.info(f'robot {robot_id} {verb}')
-            self._silent = silent
+        if self._agent.robot is None or silent == self._silent:
+            return False
+        for verb, who in (('is silent', silent - self._silent), ('is heard', self._silent - silent)):
+            for robot_id in sorted(who):
+                logger.info(f'robot {robot_id} {verb}')
+        self._silent = silent
+        return True
 
     def heed(self, now: float) -> None:
         """Hold the robot while its pose is lost; may wait for the agent."""
@@ -98,6 +100,7 @@ class RobotHealth:
         facts = {'peers heard': len(robot.protocol.heard), 'silent': sorted(self._silent),
                  'plans': len(robot.sol.plans), 'messages ignored': robot.ignored,
                  'longest step [ms]': f'{1e3 * longest:.1f}', 'cycles missed': self._late,
+                 'sections late': robot.sections_late,
                  'tracking error [mm]': f'{1e3 * body.tracking_error:.1f}', 'drift [mm]': f'{1e3 * body.drift:.1f}',
                  'localisation error [mm]': f'{1e3 * body.localisation_error:.1f}',
                  'clock error [ms]': f'{1e3 * self.clock_error():.1f}',

@@ -3,18 +3,20 @@
     launch/chaos.sh [--scene FILE] [--seed N] [--only WORDS] [--out DIR]
 
 Every run is recorded on each host; afterwards the independent judge reads the plans that were published and proves
-them apart, whatever the processes say of themselves. Ends with 0 if nothing was violated and everybody arrived.
+them apart, whatever the processes say of themselves. Each row that has ended adds a line to ``rows.jsonl`` in DIR and
+is not run again; without that file the matrix begins anew. Ends with 0 if nothing was violated and everybody arrived.
 """
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from time import monotonic, time
+from time import monotonic, sleep, time
 
 import numpy as np
 
@@ -23,36 +25,15 @@ from hosts import Host, NoHosts, require_hosts
 from mobile_planning.fleet.scene import Scene
 from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.verification import verify
-from storms import Storm, matrix
+from outcomes import Outcome, Rows, table
+from storms import Begin, Storm, matrix
 from switch import Switch
 
 _ROOT = Path(__file__).resolve().parents[2]
 _HOSTS = 3
 #: A mission that has not begun after so long [s] is given up; so are processes that do not stop.
 _GATHERING, _FAREWELL = 60.0, 10.0
-_LOOK = 0.02
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One row of the table; times in seconds, infinite for never, NaN where nothing is to be said."""
-
-    storm: str
-    arrived: str
-    mission_time: float
-    separation: float
-    body_gap: float
-    noticed: float
-    back: float
-    healed: float
-    frames: str
-    violations: tuple[str, ...]
-
-    @property
-    def is_good(self) -> bool:
-        """Whether nothing was violated and everybody arrived."""
-        done, of = self.arrived.split('/')
-        return not self.violations and done == of
+_LOOK = 0.05
 
 
 class Run:
@@ -64,7 +45,7 @@ class Run:
         self._homes = {robot: index % _HOSTS + 1 for index, robot in enumerate(self._robots)}
         self._processes: dict[str, subprocess.Popen] = {}
         self._gone: dict[str, float] = {}
-        self._healed = np.nan
+        self._born = self._healed = np.nan
 
     def outcome(self) -> Outcome:
         """Run the mission to its end and return what came of it."""
@@ -76,10 +57,10 @@ class Run:
             with Switch(list(hosts.values()), self._seed) as switch:
                 self._hosts, self._switch = hosts, switch
                 try:
-                    self._start_all()
                     self._drive()
-                finally:
                     self._stop_all()
+                finally:
+                    self._kill_all()
                 counters = switch.counters
         finally:
             for host in hosts.values():
@@ -112,47 +93,49 @@ class Run:
         return {**os.environ, 'MOBILE_PLANNING_REACH': 'subnet', 'FASTDDS_DEFAULT_PROFILES_FILE': profile,
                 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
 
-    def _start_all(self):
-        for name, _, _ in list(self._commands()):
-            self._start(name)
-
     def _stop_all(self):
+        """Ask everybody to end, and wait a while."""
         alive = [process for process in self._processes.values() if process.poll() is None]
         for process in alive:
             process.send_signal(signal.SIGCONT)
             process.terminate()
         deadline = monotonic() + _FAREWELL
-        for process in alive:
-            try:
-                process.wait(max(0.0, deadline - monotonic()))
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        while any(process.poll() is None for process in alive) and monotonic() < deadline:
+            sleep(_LOOK)
+
+    def _kill_all(self):
+        for process in self._processes.values():
+            process.kill()
+            process.wait()
 
     # The mission
 
     def _drive(self):
-        """Wait for the end of the mission, and let the storm blow meanwhile."""
-        begun = self._begun()
-        if begun is None:
-            return
-        self._switch.weather = self._storm.weather
-        due = sorted(self._deeds(), key=lambda deed: deed[0])
-        end = begun + self._scene.timeout + max((cut.duration for cut in self._storm.cuts), default=0.0) + 30.0
+        """Start everybody, and let the storm blow until the mission ends."""
+        self._born, begun, due = time(), np.inf, []
+        if self._storm.begin is Begin.PROCESSES:
+            due = self._outbreak(self._born)
+        for name, _, _ in list(self._commands()):
+            self._start(name)
+        end = self._born + _GATHERING
         while time() < end and self._processes['world_sim'].poll() is None:
-            while due and time() >= begun + due[0][0]:
+            if not np.isfinite(begun):
+                begun = self._history().start
+                end = max(end, self._latest(begun)) if np.isfinite(begun) else end
+                if np.isfinite(begun) and self._storm.begin is Begin.MISSION:
+                    due = self._outbreak(begun)
+            while due and time() >= due[0][0]:
                 due.pop(0)[1]()
             self._wait()
 
-    def _begun(self):
-        """Return when the mission starts [s], once that is announced; None if it never is."""
-        deadline = monotonic() + _GATHERING + 10.0
-        while monotonic() < deadline and self._processes['world_sim'].poll() is None:
-            begun = self._history().start
-            if np.isfinite(begun):
-                return begun
-            self._wait()
-        return None
+    def _outbreak(self, begun):
+        """Let the storm begin at ``begun`` [s]; return what is to be done, and when [s]."""
+        self._switch.weather = self._storm.weather
+        return sorted(((begun + at, deed) for at, deed in self._deeds()), key=lambda due: due[0])
+
+    def _latest(self, begun):
+        """Return when a mission is given up that has begun [s]."""
+        return begun + self._scene.timeout + max((cut.duration for cut in self._storm.cuts), default=0.0) + 30.0
 
     def _wait(self):
         """Let a moment pass; the end of the judge ends it at once."""
@@ -162,7 +145,7 @@ class Run:
             return
 
     def _deeds(self):
-        """Yield when, after the start of the mission [s], and what is to be done."""
+        """Yield when, after the storm began [s], and what is to be done."""
         for blow in self._storm.blows:
             if blow.frozen:
                 yield blow.at, lambda name=blow.target: self._signal(name, signal.SIGSTOP)
@@ -200,8 +183,8 @@ class Run:
     def _judged(self, frames):
         history = self._history()
         if not np.isfinite(history.start):
-            return Outcome(self._storm.name, f'0/{len(self._robots)}', np.nan, np.nan, np.nan, np.nan, np.nan, np.nan,
-                           frames, ('the mission did not start',))
+            return Outcome(self._storm.name, f'0/{len(self._robots)}', np.inf, *[np.nan] * 6, frames,
+                           ('the mission did not start',))
         bodies = self._scene.bodies()
         report = verify(history.solutions(), bodies, self._scene.environment(), history.start, self._storm.name)
         violations, gap = list(report.violations), history.least_gap()
@@ -216,24 +199,9 @@ class Run:
                 if not any(blow.frozen for blow in self._storm.blows if blow.target == name):
                     back.append(history.back(robot, gone))
         healed = history.heard_again(self._healed, self._homes) if np.isfinite(self._healed) else np.nan
-        return Outcome(self._storm.name, f'{report.arrived}/{report.robots}', report.mission_time,
-                       report.min_separation, gap, max(noticed, default=np.nan), max(back, default=np.nan), healed,
-                       frames, tuple(violations))
-
-
-def table(outcomes):
-    """Return the outcomes as lines of text."""
-    calm = next((outcome.mission_time for outcome in outcomes if outcome.storm == 'calm'), np.nan)
-    lines = [f'{"storm":<22}{"arrived":>8}{"time":>8}{"x calm":>8}{"apart":>8}{"bodies":>8}{"noticed":>9}{"back":>7}'
-             f'{"healed":>8}  frames']
-    for each in outcomes:
-        numbers = [f'{value:{width}.{digits}f}' if not np.isnan(value) else ' ' * (width - 1) + '-'
-                   for value, width, digits in ((each.mission_time, 8, 1), (each.mission_time / calm, 8, 2),
-                                                (each.separation, 8, 3), (each.body_gap, 8, 3), (each.noticed, 9, 2),
-                                                (each.back, 7, 2), (each.healed, 8, 2))]
-        lines.append(f'{each.storm:<22}{each.arrived:>8}{"".join(numbers)}  {each.frames}')
-        lines.extend(f'    {violation}' for violation in each.violations)
-    return '\n'.join(lines)
+        return Outcome(self._storm.name, f'{report.arrived}/{report.robots}', history.start - self._born,
+                       report.mission_time, report.min_separation, gap, max(noticed, default=np.nan),
+                       max(back, default=np.nan), healed, frames, tuple(violations))
 
 
 def main():
@@ -251,16 +219,26 @@ def main():
         print(f'chaos: this machine cannot play several hosts, {reason}; '
               'the faults of the in-process channel are run by: python -m benchmark.fleet_campaign', file=sys.stderr)
         return 2
+    # Whatever ends this script, the processes end with it.
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     scene = load_scene(str(options.scene))
     storms = [storm for storm in matrix([spec.id for spec in scene.robots], options.seed) if options.only in storm.name]
-    outcomes = []
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows = Rows(options.out.resolve() / 'rows.jsonl', f'{scene.name}, seed {options.seed}')
     for storm in storms:
-        folder = options.out.resolve() / storm.name.replace(' ', '_').replace('%', '')
-        outcomes.append(Run(options.scene.resolve(), scene, storm, options.seed, folder).outcome())
-        print(table(outcomes[-1:]), flush=True)
+        if storm in rows:
+            continue
+        folder = options.out.resolve() / re.sub(r'\W+', '_', storm.name).strip('_')
+        outcome = Run(options.scene.resolve(), scene, storm, options.seed, folder).outcome()
+        rows.add(storm, outcome)
+        print(table([outcome]), flush=True)
+    outcomes = [rows[storm] for storm in storms]
     print('\n' + table(outcomes))
     return 0 if all(outcome.is_good for outcome in outcomes) else 1
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

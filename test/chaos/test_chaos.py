@@ -1,16 +1,23 @@
-"""The hosts, the switch between them, and what is read from the recordings."""
+"""The hosts, the switch between them, what is read from the recordings, and what is left of it all."""
 import json
 import os
+import signal
+import subprocess
 import sys
 import threading
+from pathlib import Path
 from time import monotonic
 
 import numpy as np
+import psutil
 import pytest
 from history import History
 from hosts import Host, NoHosts, require_hosts
-from storms import Blow, matrix
+from outcomes import Outcome, Rows, table
+from storms import Blow, Storm, matrix
 from switch import Switch, Weather
+
+REPOSITORY = Path(__file__).resolve().parents[2]
 
 #: Waits for one datagram more than 1 s, and prints how many came and how many of them were the same.
 _LISTEN = '''
@@ -89,6 +96,57 @@ def test_processes_of_a_host_and_its_network_are_gone_with_it(hosts, tmp_path):
         threading.Event().wait(0.01)
     process.kill()
     assert process.wait(10.0) == -9
+
+
+def homes():
+    """Return the network namespace of each process."""
+    found = {}
+    for process in psutil.process_iter():
+        try:
+            found[process] = os.readlink(f'/proc/{process.pid}/ns/net')
+        except OSError:
+            continue
+    return found
+
+
+def knows(process, folder):
+    """Whether the folder is on the command line of a process."""
+    try:
+        return any(str(folder) in word for word in process.cmdline())
+    except psutil.Error:
+        return False
+
+
+@pytest.mark.skipif(not (REPOSITORY / '.venv' / 'stamps' / 'kernels').exists(), reason='launch/setup.sh was not run')
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_and_no_network_is_left_of_a_run_that_is_ended(hosts, tmp_path, number):
+    scene = REPOSITORY / 'config' / 'fleets' / 'head_on.yaml'
+    run = subprocess.Popen(
+        ['bash', '-c', '. launch/environment.sh; exec python test/chaos/chaos.py "$@"', 'chaos', '--scene', scene,
+         '--only', 'calm', '--out', tmp_path], cwd=REPOSITORY)
+    deadline = monotonic() + 60.0
+    made = set()
+    while len(made) < 3:
+        assert monotonic() < deadline and run.poll() is None
+        made |= {home for process, home in homes().items() if knows(process, tmp_path)} - {homes()[psutil.Process()]}
+        threading.Event().wait(0.05)
+    run.send_signal(number)
+    assert run.wait(30.0) == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}[number]
+    while left := [process for process, home in homes().items() if home in made or knows(process, tmp_path)]:
+        assert monotonic() < deadline + 30.0, left
+        threading.Event().wait(0.05)
+    assert not (tmp_path / 'rows.jsonl').exists()
+
+
+def test_rows_that_have_ended_are_known_again_and_others_are_not(tmp_path):
+    rows, storm = Rows(tmp_path / 'rows.jsonl', 'scene, seed 1'), Storm('loss', Weather(loss=0.1))
+    ended = Outcome('loss', '2/2', 3.0, 9.5, 0.51, np.inf, 1.25, 4.5, np.inf, '9 frames', ('one', 'two'))
+    rows.add(storm, ended)
+    again = Rows(tmp_path / 'rows.jsonl', 'scene, seed 1')
+    assert storm in again and again[storm] == ended
+    assert Storm('loss', Weather(loss=0.2)) not in again
+    assert storm not in Rows(tmp_path / 'rows.jsonl', 'scene, seed 2')
+    assert '1.25' in table([again[storm]]) and 'two' in table([again[storm]])
 
 
 @pytest.mark.parametrize('wrong', [{'loss': 1.5}, {'duplicates': -0.1}, {'delay': -1.0}, {'rate': 0.0}])
