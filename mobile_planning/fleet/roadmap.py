@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import label, maximum_filter
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from mobile_planning.fleet.room_lattice import Neighbourhoods, RoomLattice
 from mobile_planning.world.environment import Environment
 
 #: Distance of places [m], of those that are joined by an edge, and by a long one where a short one does not do.
@@ -22,8 +23,10 @@ SPACING, REACH, LONG_REACH = 0.5, 0.8, 1.4
 MARGIN, TIGHT = 0.03, 0.012
 #: Nobody passes anybody where the middle has less than a diameter of the body and this [m] within this distance [m].
 _PASSING, _ASIDE = 0.05, 0.3
-#: A long edge is worth it where the way round is so many times as long.
-_ROUND = 2.5
+#: Where edges lead a way round that is so many times as long as it must be, more are laid.
+_ROUND = 2.0
+#: The lattice leaves so much more room [m] than edges need, which are looked at in other places.
+_SPARE = 0.001
 #: A passage is a lane where the way round is longer by this [m].
 _DETOUR = 4.0
 #: Samples of the room: the radius is four cells, unless that makes more nodes than this.
@@ -49,6 +52,8 @@ class Roadmap:
     Attributes
     ----------
     places : (n, 2) ndarray [m]
+    spread : int
+        So many of the places are a distance apart; the others are where a way between them bends.
     edges : (m, 2) ndarray of int
         Indices of the places that each edge joins.
     rooms : (m,) ndarray [m]
@@ -71,13 +76,13 @@ class Roadmap:
         self.environment, self.radius = environment, float(radius)
         self.widest = self.radius if widest is None else float(widest)
         low, high = np.reshape(environment.bounds, (2, 2))
-        self._low, self._cell = low, max(self.radius / _FINE, np.sqrt(np.prod(high - low) / _NODES))
-        columns, rows = np.maximum(np.ceil((high - low) / self._cell).astype(int), 1) + 1
-        nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * self._cell + low
-        room = environment.clearance(nodes)
-        narrow = self._narrow(room)
-        self.places = self._spread(nodes, room, narrow)
-        self.edges, self.rooms = self._join(narrow)
+        cell = max(self.radius / _FINE, float(np.sqrt(np.prod(high - low) / _NODES)))
+        self._lattice = RoomLattice(environment, self.radius + TIGHT + _SPARE, cell)
+        narrow = self._narrow(self._lattice.rooms)
+        nodes = self._spread(narrow)
+        self.places, self.spread = self._lattice.places.reshape(-1, 2)[nodes], len(nodes)
+        self.edges, self.rooms = self._edges(self._pairs(REACH), MARGIN)
+        self._lay_ways(Neighbourhoods(self._lattice, nodes))
         self._lanes = self._lanes_of(narrow)
         self._conflicts: dict[float, tuple] = {}
 
@@ -126,8 +131,7 @@ class Roadmap:
 
     def lane_at(self, points: ArrayLike) -> NDArray[np.int64]:
         """Return in which lane each point (N, 2) [m] is, 0 for none."""
-        cells = np.rint((np.asarray(points, float).reshape(-1, 2) - self._low) / self._cell).astype(np.int64)
-        columns, rows = np.clip(cells, 0, np.array(self._lanes.shape[::-1]) - 1).T
+        columns, rows = self._lattice.cells(np.asarray(points, float).reshape(-1, 2)).T
         return self._lanes[rows, columns].astype(np.int64)
 
     @property
@@ -178,52 +182,70 @@ class Roadmap:
 
     def _narrow(self, room):
         """Return where (h, w) a body fits and nobody can pass it."""
-        size = int(_ASIDE / self._cell + 1e-9)
+        size = int(_ASIDE / self._lattice.cell + 1e-9)
         x, y = np.meshgrid(*[np.arange(-size, size + 1)] * 2)
         best = maximum_filter(room, footprint=x**2 + y**2 <= size**2 + 1e-9, mode='nearest')
         return (room >= self.radius + TIGHT) & (best < 2 * self.widest + _PASSING)
 
-    def _spread(self, nodes, room, narrow):
-        """Return places (n, 2) a distance apart: the middles of what is narrow first, then row by row."""
-        ridge = room >= maximum_filter(room, 3, mode='nearest') - 0.4 * self._cell
+    def _spread(self, narrow):
+        """Return the numbers (n,) of nodes a distance apart: the middles of what is narrow first, then row by row."""
+        lattice = self._lattice
+        room, cell = lattice.rooms, lattice.cell
+        ridge = narrow & (room >= maximum_filter(room, 3, mode='nearest') - 0.4 * cell)
         # A place in the open has room for the edges that end there; in a tight passage there may be no such place.
-        is_open = (room >= self.radius + MARGIN) | narrow & ridge
-        rows, columns = np.nonzero(is_open)
-        turn = np.lexsort((-room[rows, columns] * narrow[rows, columns], ~(narrow & ridge)[rows, columns]))
-        size = int(SPACING / self._cell)
+        is_open = (room >= self.radius + MARGIN) & ~lattice.is_drawn | ridge
+        size = int(SPACING / cell) + 1
         x, y = np.meshgrid(*[np.arange(-size, size + 1)] * 2)
-        apart = (np.hypot(x, y) * self._cell >= SPACING - 1e-6)
-        left = np.pad(is_open, size)
-        places = []
-        for row, column in zip(rows[turn].tolist(), columns[turn].tolist()):
-            if left[row + size, column + size]:
-                places.append(nodes[row, column])
-                left[row:row + 2 * size + 1, column:column + 2 * size + 1] &= apart
-        return np.array(places).reshape(-1, 2)
+        apart = np.hypot(x, y) * cell >= SPACING - 1e-6
+        left, places = np.pad(is_open, size), np.pad(lattice.places, ((size, size), (size, size), (0, 0)))
+        widest_first = np.argsort(-room[ridge], kind='stable')
+        middles, others = np.flatnonzero(ridge)[widest_first], np.flatnonzero(is_open & ~ridge)
+        nodes = []
+        for node in [*middles.tolist(), *others.tolist()]:
+            row, column = divmod(node, room.shape[1])
+            if not left[row + size, column + size]:
+                continue
+            nodes.append(node)
+            around = slice(row, row + 2 * size + 1), slice(column, column + 2 * size + 1)
+            if ridge[row, column]:
+                # It need not be in the middle of its square, nor need those around.
+                left[around] &= np.hypot(*(places[around] - lattice.places[row, column]).T).T >= SPACING
+            else:
+                left[around] &= apart
+        return np.array(nodes, np.int64)
 
-    def _join(self, narrow):
-        """Return edges (m, 2) and their rooms (m,).
+    def _lay_ways(self, around):
+        """Lay edges, with places where they bend, between neighbours that are a long way round from each other."""
+        pairs, graph = around.pairs, self._graph(self.edges)
+        lengths = np.linalg.norm(self.places[pairs[:, 0]] - self.places[pairs[:, 1]], axis=1)
+        asked = np.flatnonzero(np.asarray(graph[pairs[:, 0], pairs[:, 1]]).ravel() == 0)
+        first, row = np.unique(pairs[asked, 0], return_inverse=True)
+        if len(asked):
+            found = dijkstra(graph, directed=False, indices=first, limit=2 * _ROUND * LONG_REACH)
+            asked = asked[found[row, pairs[asked, 1]] > _ROUND * lengths[asked]]
+        for index in asked[np.argsort(lengths[asked], kind='stable')].tolist():
+            (a, b), way = pairs[index], around.way(index)
+            limit = _ROUND * float(np.hypot(*np.diff(way, axis=0).T).sum())
+            if not np.isfinite(dijkstra(self._graph(self.edges), directed=False, indices=a, limit=limit)[b]):
+                self._lay(way, a, b)
 
-        Long and tight ones are there only where they join what is apart, or save a long way to a narrow place: of a
-        lattice that begins anywhere no node need be just before a door.
-        """
-        edges, rooms = self._edges(self._pairs(REACH), MARGIN)
-        graph = self._graph(edges)
-        parts = connected_components(graph, directed=False)[1]
-        columns, rows = np.rint((self.places - self._low) / self._cell).astype(int).T
-        tight = np.flatnonzero(narrow[rows, columns])
-        pairs = self._pairs(LONG_REACH)
-        apart = parts[pairs[:, 0]] != parts[pairs[:, 1]]
-        if len(tight):
-            around = dijkstra(graph, directed=False, indices=tight, limit=_ROUND * LONG_REACH)
-            turn = np.full(len(self.places), -1)
-            turn[tight] = np.arange(len(tight))
-            for ends in (pairs, pairs[:, ::-1]):
-                row = turn[ends[:, 0]]
-                straight = np.linalg.norm(self.places[ends[:, 0]] - self.places[ends[:, 1]], axis=1)
-                apart |= (row >= 0) & (around[row, ends[:, 1]] > _ROUND * straight)
-        more, more_rooms = self._edges(pairs[apart], TIGHT)
-        return np.concatenate([edges, more]), np.append(rooms, more_rooms)
+    def _lay(self, way, a, b):
+        """Lay edges along ``way`` (W, 2) from place ``a`` to place ``b``, as few as keep its room or a margin."""
+        steps, _ = self.room_along(way[:-1], way[1:])
+        here, at = a, 0
+        while at < len(way) - 1:
+            ahead = way[at + 1:]
+            rooms, _ = self.room_along(np.broadcast_to(way[at], ahead.shape), ahead)
+            least = np.minimum(np.minimum.accumulate(steps[at:]), self.radius + MARGIN)
+            is_good = (rooms >= least) & (np.hypot(*(ahead - way[at]).T) <= LONG_REACH)
+            # The next one is all that the lattice vouches for.
+            index = int(np.flatnonzero(is_good).max(initial=0))
+            at += index + 1
+            there = b
+            if at < len(way) - 1:
+                there, self.places = len(self.places), np.concatenate([self.places, way[at:at + 1]])
+            self.edges = np.concatenate([self.edges, [sorted((here, there))]])
+            self.rooms, here = np.append(self.rooms, rooms[index]), there
 
     def _pairs(self, reach):
         """Return the pairs (k, 2) of places within ``reach``, in order."""
