@@ -2,15 +2,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, isfinite
+from math import ceil, isfinite, pi
 
 from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.bspline import MAX_POINTS
 from mobile_planning.fleet.nonlinear import SOLVERS
+from mobile_planning.fleet.section import Limits
 
 #: Knots of published plans are so far apart at most [s].
 _STEP = 0.125
 #: Spans of a section at most; turns before and after it come on top.
 MAX_SPANS = 64
+#: The last section's free duration is rounded up to the grid, or to one of the next so many knots.
+LATER = 3
 #: Solvers misbehave where costs exceed 1e6, says the document; the cost is the square of a distance.
 _FARTHEST = 1e3
 #: What may be set after a robot was made.
@@ -121,6 +125,32 @@ class HorizonOptions:
     def spans(self, duration: float) -> int:
         """Return how many whole spans a section of ``duration`` [s] has."""
         return int(duration / self.step + 1e-9)
+
+    def far(self, limits: Limits) -> float:
+        """Return the distance [m] beyond which two robots of this kind cannot meet by plans made now."""
+        return 2 * (limits.v_max * (self.Tp + 2 * self.Tc) + limits.radius)
+
+    def require_reach(self, limits: Limits) -> None:
+        """Require that a robot with ``limits`` cannot be surprised by what it does not see or hear in time.
+
+        Raises
+        ------
+        InvalidInput
+            It could, or a turn about takes longer than a section has time for.
+        """
+        stopping = limits.v_max * 2 * self.Tc + limits.v_max**2 / (2 * limits.a_max) + limits.radius
+        if self.detec_rho < stopping:
+            raise InvalidInput(f'detec_rho {self.detec_rho} m is below {stopping:.3f} m, which the robot drives in '
+                               '2 Tc and needs to stop')
+        # A turn before a section leaves it time, and what is said of it fits into a message.
+        turn = ceil(pi / (limits.omega_max * self.step)) + 1
+        spare = min(self.spans(self.Td) - self.n_knots, (MAX_POINTS - MAX_SPANS - LATER - self.knots - 5) // 2)
+        if turn > spare:
+            raise InvalidInput(f'omega_max {limits.omega_max} rad/s needs {turn * self.step:.2f} s to turn about; '
+                               f'with Tc {self.Tc} s and Td {self.Td} s there are {spare * self.step:.2f} s')
+        if self.com_range < self.far(limits):
+            raise InvalidInput(f'com_range {self.com_range} m is below {self.far(limits):.3f} m, within which two '
+                               'robots of this kind can meet before they hear each other again')
 
     def with_option(self, name: str, value: float | None) -> HorizonOptions:
         """Return the options with another accuracy or limit on iterations; None for the default.

@@ -32,6 +32,16 @@ class PlanRecord:
     def __len__(self) -> int:
         return len(self._plans)
 
+    @property
+    def newest(self) -> Plan:
+        """The plan that was committed last."""
+        return self._plans[-1]
+
+    @property
+    def last_two(self) -> list[Plan]:
+        """The newest plan and the one before, which may still be driven; the newest alone if it is the first."""
+        return self._plans[-2:]
+
     def add(self, plan: Plan, now: float) -> None:
         """Note that ``plan`` was committed at ``now`` [s]."""
         self._plans.append(plan)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mobile_planning.fleet import clamped_spline, nonlinear
 from mobile_planning.fleet.horizon_blocks import (Acceleration, Block, Communication, Obstacles, Samples, Speed,
                                                   TurnRate)
-from mobile_planning.fleet.horizon_options import MAX_SPANS, HorizonOptions
+from mobile_planning.fleet.horizon_options import LATER, MAX_SPANS, HorizonOptions
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.section_shape import SectionShape
 from mobile_planning.geometry import wrap_angle
@@ -36,8 +36,6 @@ _FEASIBLE = 0.02
 #: First guesses reach so far, as a share of the way at full speed, and are bent so far to the right [m]: if two bend to
 #: the right, each passes the other on the same side.
 _GUESSES = ((0.7, 0.0), (0.5, 0.6), (0.1, 0.0), (0.5, -0.6))
-#: The last section's free duration is rounded up to the grid, or to one of the next so many knots.
-LATER = 3
 #: Distances that a first guess keeps by more than this [m] come in when they are broken, in at most so many goes.
 _NEAR, _ROWS_ADDED = 0.5, 2
 #: Programs in one round: who finds nothing by then waits for the next.
