@@ -8,6 +8,7 @@ from missions import ROOM, SWAP, exchange, mission, robot, swap
 from mobile_planning import Boundary, InvalidInput, Robot, RoundObstacle, UnicycleKineModel, WorldSim
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.channel import Cut, Partition
+from mobile_planning.fleet.contract_robot import ContractRobot
 from mobile_planning.fleet.faults import FaultKind, Faults, Join, Kill, SolveTime, draw_faults
 from mobile_planning.fleet.scene_file import load_scene
 
@@ -215,7 +216,7 @@ def test_cycles_at_any_phase_and_in_lock_step_are_missions_too(faults):
     assert report.valid, report.table()
 
 
-class Reckless(Robot):
+class Reckless(ContractRobot):
     """Commits what it likes from 2 s on: straight through the other."""
 
     def commit(self, section, now):
