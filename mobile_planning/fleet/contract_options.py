@@ -37,6 +37,8 @@ class ContractOptions:
         Between the start of planning and the knot from which the plan may change.
     reverse : bool
         Whether it may drive backwards.
+    com_range : float [m]
+        How far away its neighbours may be, see `tether`; infinite for as far as they like.
 
     Raises
     ------
@@ -58,6 +60,7 @@ class ContractOptions:
     sensor_range: float = np.inf
     budget: float = 0.08
     reverse: bool = False
+    com_range: float = np.inf
 
     def __post_init__(self):
         if self.Tc is None:
@@ -69,6 +72,11 @@ class ContractOptions:
         if not (0 <= self.budget <= 10 * self.Tc and self.sensor_range > 0):
             raise InvalidInput(f'budget {self.budget} s or sensor_range {self.sensor_range} m is out of range: '
                                '0 <= budget <= 10 Tc, sensor_range > 0')
+
+        if not 2 * (self.rho + self.margin) < self.com_range or self.sensor_range < self.com_range < np.inf:
+            raise InvalidInput(f'com_range {self.com_range} m is out of range: farther than two robots are at least '
+                               f'apart, {2 * (self.rho + self.margin)} m, and no farther than they see each other, '
+                               f'{self.sensor_range} m')
 
     @property
     def step(self) -> float:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan, splice
+from mobile_planning.fleet.company import Company
 from mobile_planning.fleet.contract_options import ContractOptions
 from mobile_planning.fleet.coordination import Coordination
 from mobile_planning.fleet.course import Course
@@ -56,7 +57,7 @@ class ContractRobot(Robot):
     start_time : float [s]
         When the robot is switched on, on the fleet's common clock.
     **options
-        ``rho``, ``Tc``, ``Tp``, ``margin``, ``solver``, ``sensor_range``, ``budget``, ``reverse``: see
+        ``rho``, ``Tc``, ``Tp``, ``margin``, ``solver``, ``sensor_range``, ``budget``, ``reverse``, ``com_range``: see
         `ContractOptions`.
     """
 
@@ -75,10 +76,13 @@ class ContractRobot(Robot):
         radius, v_max, step = self.limits.radius, self.limits.v_max, options.step
         first = Plan.at_rest(int(np.floor(start_time / step)), step, kine_model.q_init)
         self._in_force = PlanInForce(first, radius)
+        ranges = dict.fromkeys(self.neigh, options.com_range) if options.com_range < np.inf else {}
         # In a gap between two observations two robots of this speed come nearer by no more than the margin.
         self.protocol = Protocol(
             self.eyed, int(epoch), self._in_force, rest_time=options.rest_time, sensor_range=options.sensor_range,
-            margin=max(1.0, 2 * v_max * options.gap), gap=options.gap, born=start_time)
+            margin=max(1.0, 2 * v_max * options.gap), gap=options.gap, born=start_time,
+            ranges=ranges)
+        self._company = Company(self.eyed, ranges)
         self.environment = Environment(phy_boundary, obstacles, grid)
         self._ground = Ground(self.environment, radius, self.eyed)
         self._ground.require_start(kine_model.z_init)
@@ -311,6 +315,9 @@ class ContractRobot(Robot):
             return self._motion.braked(section, self._course)
         if self._course.trouble:
             return self._motion.halted(section, self._course)
+        back = self._company.seeks(self.plan, self.k_mod.z_final, self.protocol.heard, now)
+        if back is not None:
+            return self._motion.led(section, self._course, np.array([section.knots[0], back]))
         way = self._coordination.way(section.knots[0])
         if way is not None:
             return self._motion.led(section, self._course, way)

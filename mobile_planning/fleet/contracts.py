@@ -10,10 +10,13 @@ on one side of it, the peer its own on the other: on a span with Bezier points b
 
 Added up, n . (b_owner - b_peer)_k >= r_owner + r_peer for all four k, and so at
 every instant, for the Bernstein weights are not negative and add up to 1.
+
+Neighbours that are to stay in range of each other have a `tether` in their contract as well.
 """
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from operator import index
 
 import numpy as np
@@ -21,6 +24,7 @@ from numpy.typing import NDArray
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan
+from mobile_planning.fleet.tether import Tether, between
 
 #: What rounding may take of a room [m].
 ROUNDING = 1e-9
@@ -42,17 +46,20 @@ class Contract:
     normals : (L, 2) ndarray
         Unit vectors that point from the peer to the owner, one a span.
     offsets : (L, 4) ndarray [m]
+    tether : Tether or None
+        Of neighbours, on the same spans.
 
     Raises
     ------
     InvalidInput
-        A number is not finite or out of its range, or a normal has not the length 1.
+        A number is not finite or out of its range, a normal has not the length 1, or the tether has other spans.
     """
 
     id: int
     first_span: int
     normals: NDArray[np.float64]
     offsets: NDArray[np.float64]
+    tether: Tether | None = None
 
     def __post_init__(self):
         from mobile_planning.fleet import contract_kernels as kernels
@@ -71,6 +78,8 @@ class Contract:
                                f'not {normals.shape} and {offsets.shape}')
         if not kernels.are_lines(normals, offsets, 1e-9, 1e7):
             raise InvalidInput('normals must have the length 1, offsets must be finite and within 1e7 m')
+        if self.tether is not None and len(self.tether.middles) != spans:
+            raise InvalidInput(f'the tether of a contract with {spans} lines has {len(self.tether.middles)} middles')
         normals.flags.writeable = offsets.flags.writeable = False
         for name, value in (('id', number), ('first_span', first_span), ('normals', normals), ('offsets', offsets)):
             object.__setattr__(self, name, value)
@@ -99,8 +108,10 @@ class Contract:
 
 
 def build(contract_id: int, owner_plan: Plan, peer_plan: Plan, first_span: int, owner_radius: float,
-          peer_radius: float) -> Contract | None:
+          peer_radius: float, reach: float = inf) -> Contract | None:
     """Return the contract between two plans that shares what room they leave equally; None if they come too close.
+
+    None, too, if they are not within ``reach`` [m] of each other.
 
     Each line lies across the shortest way between the two on its span.
 
@@ -128,11 +139,14 @@ def build(contract_id: int, owner_plan: Plan, peer_plan: Plan, first_span: int, 
     if not kernels.draw_lines(owner_plan.points, owner_from, peer_plan.points, peer_from, owner_radius, peer_radius,
                               2 * ROUNDING, normals, offsets):
         return None
-    return Contract(contract_id, first_span, normals, offsets)
+    if reach == inf:
+        return Contract(contract_id, first_span, normals, offsets)
+    tether = between(owner_plan, peer_plan, first_span, count, reach)
+    return None if tether is None else Contract(contract_id, first_span, normals, offsets, tether)
 
 
 def room(contract: Contract, plan: Plan, first_span: int, is_owner: bool, radius: float) -> float:
-    """Return how far [m] ``plan`` stays beyond its side of ``contract``, from ``first_span`` on and for ever.
+    """Return how far [m] ``plan`` stays on its side of ``contract``, and in range, from ``first_span`` on and for ever.
 
     The plan satisfies the contract if this is not below ``-ROUNDING``.
 
@@ -159,7 +173,9 @@ def room(contract: Contract, plan: Plan, first_span: int, is_owner: bool, radius
     line = min(first - contract.first_span, len(contract.normals))
     distance = kernels.least_distance(plan.points, _place(plan, first), contract.normals, contract.offsets, line,
                                       max(count, 1), 1.0 if is_owner else -1.0)
-    return distance - radius
+    if contract.tether is None:
+        return distance - radius
+    return min(distance - radius, contract.tether.room(plan, first, first - contract.first_span))
 
 
 def _place(plan, span):

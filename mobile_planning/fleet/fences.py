@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.fleet.contracts import Contract
+from mobile_planning.fleet.tether import SIDES
 from mobile_planning.world.convex_pieces import ConvexPieces
 
 
@@ -96,7 +97,12 @@ def of_contracts(bound: Sequence[tuple[Contract, bool]], first_span: int, count:
     kernels.write_sides(np.concatenate([contract.normals for contract in contracts]),
                         np.concatenate([contract.offsets for contract in contracts]), np.cumsum(lengths), lines,
                         np.array(sides), radius, normals, bounds)
-    return Fences(np.tile(np.arange(count), len(bound)), normals, bounds)
+    fences = Fences(np.tile(np.arange(count), len(bound)), normals, bounds)
+    for contract in contracts:
+        if contract.tether is not None:
+            fences += Fences(np.repeat(np.arange(count), SIDES),
+                             *contract.tether.sides(first_span - contract.first_span, count))
+    return fences
 
 
 def of_discs(discs: Sequence[tuple[NDArray, float]], curves: NDArray, radius: float) -> Fences:

@@ -8,6 +8,9 @@ out of sight of each other, or neither may set out. In all but the first, and
 wherever a contract begins later than now, the two plans themselves must be that
 far apart too.
 
+Where that contract has a tether, the two plans must also stay within its range of each other, and no contract without
+one takes its place.
+
 Shares no geometry with what it judges: control points, normals and offsets are
 all that it reads, see `plan_distances`. What was found for the same plans and the same contracts is
 not computed again.
@@ -21,7 +24,8 @@ from itertools import combinations
 import numpy as np
 
 from mobile_planning.fleet.message import LinkMode
-from mobile_planning.fleet.plan_distances import contract_room, curves, distance_of_plans, distance_of_point, rest_knot
+from mobile_planning.fleet.plan_distances import (contract_room, curves, distance_of_plans, distance_of_point,
+                                                  farthest_of_plans, rest_knot)
 from mobile_planning.fleet.vehicle import Vehicle
 
 #: Lengths [m] below this are rounding.
@@ -87,6 +91,7 @@ class Invariant:
         self._views: dict[int, _View] = {}
         self._pairs: dict[tuple[int, int], _Pair] = {}
         self._broken: dict[tuple[int, int], str] = {}
+        self._tethered: set[tuple[int, int]] = set()
         self._vehicles = tuple(vehicles)
         self._pairs_of = {vehicle.eyed: [] for vehicle in vehicles}
         for low, high in combinations(sorted(vehicles, key=lambda vehicle: vehicle.eyed), 2):
@@ -100,7 +105,7 @@ class Invariant:
             self.checks += 1
             pair = self._pair(key) if has_changed or key not in self._pairs else self._pairs[key]
             if not pair.is_settled:
-                self._note(now, key, self._fault(low, high, pair, now))
+                self._note(now, key, self._fault(low, high, key, pair, now))
 
     def _look_at(self, vehicle):
         """Take in what ``vehicle`` is bound to now; return whether that has changed."""
@@ -126,9 +131,19 @@ class Invariant:
             self.breaches.append(Breach(now, key, what))
         self._broken[key] = kind
 
-    def _fault(self, low, high, pair, now):
+    def _fault(self, low, high, key, pair, now):
         """Return what is wrong with a pair, empty if nothing is: the kind of fault, a colon, and the numbers."""
         knots, shared = (_knot(low, now), _knot(high, now)), pair.shared
+        if shared is None or shared.tether is None:
+            if shared is not None and key in self._tethered:
+                return f'their range is given up: contract {shared.id} has no tether'
+            self._tethered.discard(key)
+        else:
+            self._tethered.add(key)
+            most = farthest_of_plans(*pair.plans, max(
+                shared.first_span, *knots, *(plan.first_knot for plan in pair.plans)))
+            if most > shared.tether.reach + TOLERANCE:
+                return f'they leave their range: {most:.4f} m apart, {shared.tether.reach:.4f} m allowed'
         if shared is not None:
             for vehicle, knot, is_owner in ((low, knots[0], True), (high, knots[1], False)):
                 room = self._room(vehicle, knot, shared, is_owner)
@@ -184,7 +199,11 @@ def _shared(low, high):
 
 def _is_equal(a, b):
     return ((a.id, a.first_span) == (b.id, b.first_span) and np.array_equal(a.normals, b.normals)
-            and np.array_equal(a.offsets, b.offsets))
+            and np.array_equal(a.offsets, b.offsets) and _has_equal_tether(a.tether, b.tether))
+
+
+def _has_equal_tether(a, b):
+    return a is b or None not in (a, b) and a.reach == b.reach and np.array_equal(a.middles, b.middles)
 
 
 def _radius(vehicle):

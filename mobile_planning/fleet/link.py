@@ -210,6 +210,11 @@ class OwnerSide(Side):
         """Return the contracts that every commit must satisfy."""
         return tuple(held.contract for held in self.contracts)
 
+    @property
+    def is_tethered(self) -> bool:
+        """Whether the two are bound to stay in range of each other."""
+        return any(held.contract.tether is not None for held in self.contracts)
+
     def status(self) -> Link:
         """Return the grant."""
         return Link(self.other_epoch, self.mode, self.acknowledged, self.promised,

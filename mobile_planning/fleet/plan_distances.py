@@ -54,6 +54,7 @@ def contract_room(contract: Contract, plan: Plan, knot: int, is_owner: bool, rad
                   whole: NDArray | None = None) -> float:
     """Return how far [m] ``plan`` stays on its side of ``contract``, for ever from ``knot`` on; below 0 it does not.
 
+    Where the contract has a tether, nowhere nearer to the edge of the disc about its middle.
     After its last span the last line stands still, at the last of its offsets. ``whole`` is `curves` of the
     plan from its first span on, one span at rest included.
     """
@@ -66,13 +67,24 @@ def contract_room(contract: Contract, plan: Plan, knot: int, is_owner: bool, rad
     offsets[spans >= last] = contract.offsets[-1, 3]
     at = np.clip(spans - plan.first_knot, 0, len(whole) - 1)
     heights = np.einsum('sd,skd->sk', contract.normals[line], whole[at]) - offsets
-    return float(heights.min() if is_owner else -heights.max()) - radius
+    room = float(heights.min() if is_owner else -heights.max()) - radius
+    if contract.tether is None:
+        return room
+    middles = contract.tether.middles[line]
+    middles[spans >= last] = contract.tether.middles[-1, 3]
+    return min(room, contract.tether.reach / 2 - float(np.hypot(*np.moveaxis(whole[at] - middles, -1, 0)).max()))
 
 
 def distance_of_plans(a: Plan, b: Plan, knot: int) -> float:
     """Return a lower bound [m] of the distance of two plans at equal times from ``knot`` on, exact at rest."""
     count = max(a.end_knot, b.end_knot, knot) + 1 - knot
     return float(hull_distance(curves(a, knot, count) - curves(b, knot, count)).min())
+
+
+def farthest_of_plans(a: Plan, b: Plan, knot: int) -> float:
+    """Return an upper bound [m] of the distance of two plans at equal times from ``knot`` on, exact at rest."""
+    count = max(a.end_knot, b.end_knot, knot) + 1 - knot
+    return float(np.hypot(*np.moveaxis(curves(a, knot, count) - curves(b, knot, count), -1, 0)).max())
 
 
 def distance_of_point(plan: Plan, place: NDArray, knot: int) -> float:

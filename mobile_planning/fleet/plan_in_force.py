@@ -59,10 +59,13 @@ class PlanInForce:
             return False
         return room(contract, heard.plan, max(self.span, heard.plan.first_knot), False, heard.radius) >= enough
 
-    def offer(self, contract_id: int, heard: RobotMsg) -> Contract | None:
-        """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies."""
+    def offer(self, contract_id: int, heard: RobotMsg, reach: float = np.inf) -> Contract | None:
+        """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies.
+
+        It keeps the two within ``reach`` [m] of each other.
+        """
         if heard.plan is None or heard.plan.step != self.plan.step:
             return None
         contract = build(contract_id, self.plan, heard.plan, max(self.span, heard.plan.first_knot),
-                         self._radius, heard.radius)
+                         self._radius, heard.radius, reach)
         return contract if contract is not None and self.accepts(contract, True) else None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import typing
 from collections.abc import Callable, Collection, Mapping
 from math import hypot, inf
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,8 +41,11 @@ class Geometry(typing.Protocol):
     def is_ample(self, contract: Contract, heard: RobotMsg) -> bool:
         """Return whether both the plan and the one ``heard`` leave so much room that a fresher contract can wait."""
 
-    def offer(self, contract_id: int, heard: RobotMsg) -> Contract | None:
-        """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies."""
+    def offer(self, contract_id: int, heard: RobotMsg, reach: float = inf) -> Contract | None:
+        """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies.
+
+        It keeps the two within ``reach`` [m] of each other.
+        """
 
 
 class Protocol:
@@ -62,6 +66,9 @@ class Protocol:
         No pair comes more than ``margin`` nearer or farther in ``gap``, in which the sensor is read at least once.
     born : float [s]
         When the process started, by its own clock: older certificates of death say nothing.
+    ranges : mapping of int to float [m]
+        Neighbours, and how far away they may be. Of a pair the owner's counts: what it offers has a tether from the
+        first time on that both plans are in range, until the link has no contract any more.
 
     Attributes
     ----------
@@ -77,14 +84,15 @@ class Protocol:
     """
 
     def __init__(self, robot_id: int, epoch: int, geometry: Geometry, *, lease: float = 3.0, rest_time: float = 3.75,
-                 sensor_range: float = inf, margin: float = 1.0, gap: float = 0.5, born: float = 0.0):
+                 sensor_range: float = inf, margin: float = 1.0, gap: float = 0.5, born: float = 0.0,
+                 ranges: Mapping[int, float] = MappingProxyType({})):
         if epoch < 1 or not (lease > 0 and rest_time >= 0 and sensor_range > 0 and margin > 0 and gap > 0):
             raise InvalidInput(f'epoch {epoch}, lease {lease} s, rest_time {rest_time} s, '
                                f'sensor_range {sensor_range} m, margin {margin} m or gap {gap} s is out of range')
         self.robot_id, self.epoch, self.terms = robot_id, epoch, Terms(lease, rest_time, sensor_range, margin, gap)
         self.heard: dict[int, RobotMsg] = {}
         self.ignored = 0
-        self._geometry, self._born = geometry, born
+        self._geometry, self._born, self._ranges = geometry, born, dict(ranges)
         self._sides: dict[int, OwnerSide | PeerSide] = {}
         self._sequence = 0
         self._sent: dict[int, float] = {}
@@ -293,7 +301,7 @@ class Protocol:
         heard, is_fresh = self.heard.get(other), False
         if other in self._stale and heard is not None and side.may_offer(self.terms) and not (
                 side.is_settled and self._geometry.is_ample(side.contracts[0].contract, heard)):
-            contract = self._geometry.offer(side.next_id, heard)
+            contract = self._drawn(side, heard)
             if contract is not None:
                 self._sides[other] = side = side.offering(contract, heard.sequence, now)
                 is_fresh = True
@@ -305,6 +313,15 @@ class Protocol:
         self._offered_at[other], self._offered[other] = now, times + 1
         newest = side.open[-1]
         return Offer(other, side.other_epoch, newest.base_sequence, newest.contract)
+
+    def _drawn(self, side, heard):
+        """Return a new contract with who was ``heard``, in range of a neighbour; None if there is none."""
+        if heard.robot_id not in self._ranges:
+            return self._geometry.offer(side.next_id, heard)
+        contract = self._geometry.offer(side.next_id, heard, self._ranges[heard.robot_id])
+        if contract is None and not side.is_tethered:
+            contract = self._geometry.offer(side.next_id, heard)
+        return contract
 
     def told(self, sequence: int, now: float) -> None:
         """Remember that the own plan goes out at ``now`` [s] in the message ``sequence`` of a cycle."""

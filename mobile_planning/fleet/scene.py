@@ -4,7 +4,7 @@ Lengths are in metres, angles in radians, times in seconds.
 """
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from numbers import Real
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.robot import Robot
+from mobile_planning.fleet.tether import SHARE
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -86,6 +87,10 @@ class Scene:
         By which all robots plan, see `Robot`.
     horizon : dict
         Options of the method ``'receding_horizon'``, see `HorizonOptions`; other methods leave them alone.
+    neighbours : tuple of (int, int)
+        Pairs of robots that stay within ``com_range`` of each other.
+    com_range : float [m]
+        Infinite for as far as they like.
     """
 
     name: str
@@ -99,6 +104,8 @@ class Scene:
     endless: float = 0.0
     method: str = 'contracts'
     horizon: Mapping[str, float] = field(default_factory=dict)
+    neighbours: tuple[tuple[int, int], ...] = ()
+    com_range: float = np.inf
 
     def __post_init__(self):
         ids = [robot.id for robot in self.robots]
@@ -113,6 +120,7 @@ class Scene:
                                'all drive to the goals that they have')
         if self.endless and any(robot.via for robot in self.robots):
             raise InvalidInput('robots with a list of goals have no endless mission')
+        self._require_neighbours()
         if self.method not in METHODS:
             raise InvalidInput(f'method is {self.method!r}; known are {" and ".join(METHODS)}')
         if self.horizon:
@@ -122,6 +130,24 @@ class Scene:
             except TypeError:
                 known = ', '.join(each.name for each in fields(HorizonOptions))
                 raise InvalidInput(f'the receding horizon has the options {known}, not {self.horizon!r}') from None
+
+    def _require_neighbours(self):
+        """Require that pairs of neighbours are pairs of robots that start and end within their range."""
+        if not is_number(self.com_range) or not self.com_range > 0:
+            raise InvalidInput(f'com_range is {self.com_range!r}, not a length above 0')
+        if bool(self.neighbours) != (self.com_range < np.inf):
+            raise InvalidInput('neighbours need a com_range to stay in, and a com_range needs neighbours')
+        specs = {spec.id: spec for spec in self.robots}
+        for pair in self.neighbours:
+            if not isinstance(pair, Sequence) or len(pair) != 2 or pair[0] == pair[1] or not set(pair) <= set(specs):
+                raise InvalidInput(f'neighbours are pairs of robots of the scene, {sorted(specs)}, not {pair!r}')
+            one, other = (specs[eyed] for eyed in pair)
+            for where in ('start', 'goal'):
+                apart = float(np.hypot(*np.subtract(getattr(one, where), getattr(other, where))[:2]))
+                if apart > self.com_range * SHARE:
+                    raise InvalidInput(f'robots {pair[0]} and {pair[1]} have {where}s {apart:.3f} m apart, neighbours '
+                                       f'may have no more than {self.com_range * SHARE:.3f} m with com_range '
+                                       f'{self.com_range} m')
 
     def robot(self, robot_id: int, grid: OccupancyGrid | None = None, **options) -> Robot:
         """Return the robot with ``robot_id``; ``grid`` replaces the scene's, ``options`` go to ``Robot``.
@@ -135,6 +161,9 @@ class Scene:
         if spec is None:
             raise InvalidInput(f'scene {self.name} has the robots {[s.id for s in self.robots]}, not {robot_id}')
         options = {'method': self.method, **options}
+        if self.neighbours:
+            near = [set(pair) - {robot_id} for pair in self.neighbours if robot_id in pair]
+            options = {'neigh': sorted(set().union(*near)), 'com_range': self.com_range, **options}
         if options['method'] == 'receding_horizon':
             options = {**self.horizon, **{name: value for name, value in options.items() if value is not None}}
         return Robot(spec.id, spec.kine_model(), self.obstacles, self.boundary, rho=spec.radius,

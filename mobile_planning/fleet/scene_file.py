@@ -11,6 +11,8 @@ A file names its robots one by one::
     timeout: 60
     method: receding_horizon          # or contracts, the default
     receding_horizon: {Tc: 0.5}       # options of that method, see HorizonOptions
+    neighbours: [[1, 2]]              # pairs that stay within com_range of each other
+    com_range: 4.0
     robots:
       - {id: 1, start: [2.0, 2.0, 0.0], goal: [8.0, 6.0, 0.0], radius: 0.2, u_max: [1.0, 5.0], a_max: [2.0, 10.0]}
 
@@ -42,7 +44,7 @@ from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 
 _WORLD = {'map', 'boundary', 'obstacles'}
 _MOST_GOALS = 1000
-_METHOD = {'method', 'receding_horizon'}
+_METHOD = {'method', 'receding_horizon', 'neighbours', 'com_range'}
 
 
 def load_scene(path: str | Path, robots: int | None = None) -> Scene:
@@ -77,13 +79,17 @@ def load_scene(path: str | Path, robots: int | None = None) -> Scene:
 def _scene(path, content, robots):
     if not isinstance(content, dict):
         raise InvalidInput('the file must be a mapping')
-    for key in ('timeout', 'endless'):
+    if not isinstance(content.get('neighbours', []), list):
+        raise InvalidInput(f'neighbours must be a list of pairs, not {content["neighbours"]!r}')
+    for key in ('timeout', 'endless', 'com_range'):
         if not is_number(content.get(key, 0.0)):
             raise InvalidInput(f'{key} must be a number, not {content[key]!r}')
     scene = _drawn(path, content, robots) if 'scenario' in content else _listed(path, content, robots)
     return replace(scene, name=str(content.get('name', path.stem)), method=content.get('method', scene.method),
                    horizon=content.get('receding_horizon', {}), timeout=float(content.get('timeout', scene.timeout)),
-                   endless=float(content.get('endless', 0.0)))
+                   endless=float(content.get('endless', 0.0)),
+                   com_range=float(content.get('com_range', scene.com_range)),
+                   neighbours=tuple(map(tuple, content.get('neighbours', scene.neighbours))))
 
 
 def _listed(path, content, robots):

@@ -9,6 +9,7 @@ from mobile_planning_msgs.msg import Contracts as ContractsMessage
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import MAX_LINKS, Contracts, Offer
+from mobile_planning.fleet.tether import Tether
 from mobile_planning.nodes import wire
 from mobile_planning.nodes.convert import header
 
@@ -17,6 +18,8 @@ def contracts_message(contracts: Contracts, time: float, frame: str) -> Contract
     """Return the message to publish."""
     offers = contracts.offers
     lines = [offer.contract for offer in offers]
+    tethers = [contract.tether for contract in lines]
+    middles = [tether.middles.ravel() for tether in tethers if tether is not None]
     return ContractsMessage(
         header=header(frame, wire.stamp(time)), version=wire.layout(ContractsMessage), robot_id=contracts.robot_id,
         boot_epoch=contracts.boot_epoch, sequence=contracts.sequence,
@@ -28,6 +31,8 @@ def contracts_message(contracts: Contracts, time: float, frame: str) -> Contract
         spans=array('H', [len(contract.normals) for contract in lines]),
         normals=wire.floats(np.concatenate([contract.normals.ravel() for contract in lines]) if lines else ()),
         offsets=wire.floats(np.concatenate([contract.offsets.ravel() for contract in lines]) if lines else ()),
+        reach=wire.floats([0.0 if tether is None else tether.reach for tether in tethers]),
+        middles=wire.floats(np.concatenate(middles) if middles else ()),
         **wire.link_columns(contracts.answers, 'answer_'))
 
 
@@ -43,7 +48,7 @@ def contracts(message: ContractsMessage, frame: str) -> Contracts:
     """
     wire.check_head(message, frame)
     columns = (message.peer, message.peer_epoch, message.base_sequence, message.contract, message.first_span,
-               message.spans)
+               message.spans, message.reach)
     counts, spans = list(map(len, columns)), np.array(message.spans, int)
     if len(set(counts)) != 1 or counts[0] > MAX_LINKS:
         raise InvalidInput(f'the arrays of the offers have {counts} entries, not the same number up to {MAX_LINKS}')
@@ -55,8 +60,19 @@ def contracts(message: ContractsMessage, frame: str) -> Contracts:
     offsets = np.split(np.array(message.offsets).reshape(-1, 4), ends)
     offers = tuple(
         Offer(peer, epoch, base, Contract(number, wire.knot(first_span), *lines))
-        for peer, epoch, base, number, first_span, _, *lines in zip(*(map(int, column) for column in columns),
-                                                                    normals, offsets))
+        for peer, epoch, base, number, first_span, _, *lines in zip(
+            *(map(int, column) for column in columns[:-1]), normals, offsets, _tethers(message, spans)))
     return Contracts(int(message.robot_id), int(message.boot_epoch), int(message.sequence), offers,
                      wire.links(message.answer_peer, message.answer_epoch, message.answer_mode, message.answer_contract,
                                 message.answer_promised, message.answer_granted))
+
+
+def _tethers(message, spans):
+    """Return the tether of each offer, None where it has none."""
+    reach = np.array(message.reach)
+    counts = np.where(reach == 0, 0, spans)
+    if len(message.middles) != 8 * counts.sum():
+        raise InvalidInput(f'Contracts has {len(message.middles)} numbers for its middles, not 8 for each of '
+                           f'{counts.sum()}')
+    middles = np.split(np.array(message.middles).reshape(-1, 4, 2), np.cumsum(counts)[:-1])
+    return [Tether(most, places) if most != 0 else None for most, places in zip(reach, middles)]

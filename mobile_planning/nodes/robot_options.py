@@ -43,6 +43,10 @@ class RobotOptions:
     Tp: float = option(3.0, 'length of a plan, 4 to 50 Tc [s]', low=0.2, high=60.0, read_only=True)
     budget: float = option(0.08, 'to plan a section; what takes longer is dropped [s]', low=0.0, high=10.0,
                            read_only=True)
+    neighbours: tuple = option((0,), 'ids of the robots to stay within com_range of; 0 alone: as the scene says',
+                               read_only=True)
+    com_range: float = option(0.0, 'how far away neighbours may be [m]; 0: as the scene says', low=0.0, high=1e6,
+                              read_only=True)
     takes_goal_pose: bool = option(False, 'drive to what comes on /goal_pose, as RViz sends it', read_only=True)
     frame_id: str = option('map', 'frame of all poses', read_only=True)
     simulate: bool = option(True, 'simulate the base and publish ~/odom; else drive a real one by ~/cmd_vel',
@@ -67,6 +71,8 @@ class RobotOptions:
                                f'{50 * self.Tc} s')
         if self.localisation not in ('pose', 'tf'):
             raise InvalidInput(f'localisation is {self.localisation!r}, not pose or tf')
+        if bool(self.com_range) != (self.neighbours != (0,)):
+            raise InvalidInput(f'neighbours {list(self.neighbours)} and com_range {self.com_range} m go together')
         if len(set(self.robots)) != len(self.robots) or not all(0 <= each < 2**32 for each in self.robots):
             raise InvalidInput(f'robots is {list(self.robots)}: ids from 0 to 4294967295, each once')
 
@@ -83,9 +89,12 @@ class RobotOptions:
     def planning(self, scene: Scene) -> dict[str, object]:
         """Return the options of `Robot`; those of the receding horizon but for the margin are the scene's."""
         method = self.method or scene.method
+        said = {'method': method, 'margin': self.margin}
+        if self.com_range:
+            said |= {'neigh': self.neighbours, 'com_range': self.com_range}
         if method == 'receding_horizon':
-            return {'method': method, 'margin': self.margin}
-        return {'method': method, 'Tc': self.Tc, 'Tp': self.Tp, 'margin': self.margin, 'budget': self.budget}
+            return said
+        return {**said, 'Tc': self.Tc, 'Tp': self.Tp, 'budget': self.budget}
 
     def load_scene(self) -> Scene:
         """Return the scene that is named, or one of this robot alone on the map."""

@@ -21,6 +21,7 @@ from mobile_planning.fleet.contracts import MAX_SPANS, Contract
 from mobile_planning.fleet.joint_message import JointPlan, JointStatus
 from mobile_planning.fleet.message import MAX_LINKS, Contracts, Death, Link, LinkMode, Mode, Offer, RobotMsg
 from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.tether import Tether
 from mobile_planning.fleet.verification import Body, Report
 from mobile_planning.nodes import (
     convert_contracts,
@@ -65,7 +66,8 @@ def offers(draw):
     rng, spans = np.random.default_rng(draw(uint32)), draw(st.sampled_from([1, 2, 24, MAX_SPANS]))
     angles = rng.uniform(-np.pi, np.pi, spans)
     contract = Contract(draw(st.integers(1, 2**32 - 1)), draw(knots), np.column_stack([np.cos(angles), np.sin(angles)]),
-                        rng.uniform(-1e6, 1e6, (spans, 4)))
+                        rng.uniform(-1e6, 1e6, (spans, 4)),
+                        draw(st.none() | st.just(Tether(3.5, rng.uniform(-1e6, 1e6, (spans, 4, 2))))))
     return Offer(draw(uint32), draw(uint32), draw(uint32), contract)
 
 
@@ -183,6 +185,9 @@ def test_offers_and_answers_arrive_as_they_were(robot_id, epoch, sequence, offer
         assert (one.contract.id, one.contract.first_span) == (other.contract.id, other.contract.first_span)
         assert np.array_equal(one.contract.normals, other.contract.normals)
         assert np.array_equal(one.contract.offsets, other.contract.offsets)
+        tethers = one.contract.tether, other.contract.tether
+        assert (tethers == (None, None) or tethers[0].reach == tethers[1].reach
+                and np.array_equal(tethers[0].middles, tethers[1].middles))
 
 
 @st.composite
@@ -322,13 +327,17 @@ def test_another_frame_is_refused(frame):
     with pytest.raises(UnknownFrame):
         convert_mission.solution(SolutionMessage(header=message.header), 'map')
     with pytest.raises(UnknownFrame):
-        convert_contracts.contracts(ContractsMessage(header=message.header, version=1), 'map')
+        convert_contracts.contracts(ContractsMessage(header=message.header, version=2), 'map')
     with pytest.raises(UnknownFrame):
         convert_joint_plan.joint_plan(JointPlanMessage(header=message.header, version=1), 'map')
 
 
 @pytest.mark.parametrize('fields, words', [
-    ({'version': 2}, 'version 2, not 1'), ({'version': 0}, 'version 0'),
+    ({'version': 1}, 'version 1, not 2'), ({'version': 0}, 'version 0'), ({'reach': doubles(3.0)}, 'arrays of the'),
+    ({'reach': doubles(3.0, 0.0)}, 'for its middles'), ({'middles': doubles(*[0.0] * 10**6)}, 'for its middles'),
+    ({'reach': doubles(0.0, -1.0), 'middles': doubles(*[0.0] * 8)}, 'reach'),
+    ({'reach': doubles(0.0, NAN), 'middles': doubles(*[0.0] * 8)}, 'reach'),
+    ({'reach': doubles(0.0, 3.0), 'middles': doubles(*[NAN] * 8)}, 'middles must'),
     ({'spans': array('H', [2])}, 'arrays of the offers'), ({'peer': array('I', range(10**6))}, 'arrays of the offers'),
     ({'first_span': array('q')}, 'arrays of the offers'), ({'spans': array('H', [3, 1])}, 'for its lines'),
     ({'spans': array('H', [65535, 65535])}, 'for its lines'), ({'spans': array('H', [3, 0])}, 'L from 1'),
@@ -430,11 +439,12 @@ def test_no_contracts_message_does_worse_than_to_be_refused(data):
     message = good_contracts_message()
     numbers = st.floats(width=64) | st.sampled_from([0.0, 1.0])
     for field, strategy in {
-            'version': st.just(1) | st.integers(0, 2**16 - 1), 'peer': st.lists(uint32, max_size=3),
+            'version': st.just(2) | st.integers(0, 2**16 - 1), 'peer': st.lists(uint32, max_size=3),
             'contract': st.lists(uint32, min_size=2, max_size=2),
             'spans': st.lists(st.integers(0, 4), max_size=3) | st.lists(st.integers(0, 2**16 - 1), max_size=3),
             'first_span': st.lists(st.integers(-2**63, 2**63 - 1), min_size=2, max_size=2),
             'normals': st.lists(numbers, max_size=8), 'offsets': st.lists(numbers, min_size=12, max_size=12),
+            'reach': st.lists(numbers, min_size=2, max_size=2), 'middles': st.lists(numbers, min_size=24, max_size=24),
             'answer_granted': st.lists(st.integers(-2**63, 2**63 - 1), min_size=2, max_size=2)}.items():
         if data.draw(st.booleans()):
             setattr(message, field, data.draw(strategy))

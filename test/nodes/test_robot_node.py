@@ -317,6 +317,7 @@ def test_a_fault_of_ours_is_counted_and_the_node_lives_on(ros, fleet, monkeypatc
     ({'goal': [float('nan'), 0.0, 0.0]}, 'finite'), ({'u_max': [0.0, 1.0]}, 'u_max'),
     ({'a_max': [1.0]}, 'a_max must be 2 numbers'), ({'radius': 0.0}, 'within 0.01 to'), ({'Tp': 0.3}, 'Tc'),
     ({'Tc': 5.0, 'Tp': 10.0}, 'Tc'), ({'speed': 1.0}, 'no parameter speed'),
+    ({'com_range': 3.0}, 'go together'), ({'neighbours': [2, 3]}, 'go together'),
     ({'scene': 'nowhere.yaml'}, 'nowhere.yaml'), ({'start': 'here'}, 'must be a tuple')])
 def test_an_impossible_parameter_is_refused_with_a_sentence(fleet, parameters, words):
     with pytest.raises(InvalidInput, match=words):
@@ -351,7 +352,7 @@ def test_every_parameter_has_a_description_and_every_number_a_range(ros, fleet):
     answer = ros.call(DescribeParameters, '/robot_1/describe_parameters', DescribeParameters.Request(names=names))
     assert all(entry.description and entry.read_only for entry in answer.descriptors)
     numbers = [entry for entry in answer.descriptors if entry.type in (2, 3)]
-    assert len(numbers) == 17 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
+    assert len(numbers) == 18 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
 
 
 def test_the_shipped_parameter_file_holds_the_defaults():
