@@ -7,6 +7,13 @@ no body and wall, come into touch and no limit is broken. "ratio" is the time of
 arrive. ORCA has no limit on acceleration and may be below 1. "ms" is the computing time of one section, or of one of
 ORCA's steps, of which there are five to a section: median, and the greatest median of a run.
 
+``--planners slsqp osqp`` drives the same instances by the receding horizon, on each of its solvers; a second table then
+tells of their sections. The milliseconds are the processor time of one section, all its rounds and programs together:
+of first and last sections the mean, of all the least, the mean, and the greatest. "MCT/Tc" is the greatest over the
+time between two sections, first without and then with the last ones: below 1 a section is ready in time. "infeasible"
+is the share of programs whose answer breaks a constraint at a sample by more than 2 cm or 2 cm/s, and "refused" how
+many rounds of a section end without a proved one; neither is ever driven.
+
 Wants pyrvo; without it ORCA is left out.
 """
 import argparse
@@ -17,6 +24,7 @@ from multiprocessing import Pool
 
 import numpy as np
 
+from benchmark import horizon_sections
 from benchmark.cases import CASES, middle_and_most, scene_of, section_times
 from mobile_planning.fleet.makespan import lower_bound
 
@@ -28,7 +36,7 @@ TOUCH = 1e-4
 def drive(task):
     """Return the row of one run."""
     case, seed, planner, loss, delay, solver = task
-    scene = scene_of(case, seed)
+    scene, sections = scene_of(case, seed), None
     if planner == 'ORCA':
         from benchmark.orca import run_orca
 
@@ -37,13 +45,15 @@ def drive(task):
         apart = min((a.radius + b.radius for a in scene.robots for b in scene.robots if a is not b), default=0.0)
         is_free = (outcome.min_separation >= apart - TOUCH) and outcome.min_obstacle_clearance >= -TOUCH
     else:
-        simulation = scene.world_sim(solver=solver)
+        is_ours = planner not in horizon_sections.PLANNERS
+        simulation = scene.world_sim(solver=solver) if is_ours else horizon_sections.simulation_of(scene, planner)
         outcome = simulation.run(seed, loss, delay, scene.timeout)
+        sections = None if is_ours else horizon_sections.records_of(simulation)
         seconds, is_free = section_times(simulation), not outcome.violations
     return {'case': case, 'seed': seed, 'planner': planner, 'robots': len(scene.robots), 'arrived': outcome.arrived,
             'separation': outcome.min_separation, 'clearance': outcome.min_obstacle_clearance, 'is_free': is_free,
             'ratio': outcome.mission_time / lower_bound(scene.bodies(), scene.environment()),
-            'ms': 1e3 * float(np.median(seconds)) if seconds else np.nan}
+            'sections': sections, 'ms': 1e3 * float(np.median(seconds)) if seconds else np.nan}
 
 
 def line(case, planner, rows):
@@ -80,7 +90,8 @@ def main():
     parser.add_argument('--delay', type=float, default=0.0, help='greatest delay of our messages [s]')
     parser.add_argument('--solver', default='active_set', help='of our programs')
     parser.add_argument('--workers', type=int, default=2)
-    parser.add_argument('--planners', nargs='+', default=('ours', 'ORCA'))
+    parser.add_argument('--planners', nargs='+', default=('ours', 'ORCA'),
+                        choices=('ours', 'ORCA', *horizon_sections.PLANNERS))
     options = parser.parse_args()
     planners = [planner for planner in options.planners if planner != 'ORCA' or util.find_spec('pyrvo')]
     for case in options.cases:
@@ -90,7 +101,7 @@ def main():
           ', '.join(f'{package} {metadata.version(package)}' for package in PACKAGES if package in installed))
     print(f'{"case":<28} {"by":<5} {"arrive":>9} {"apart [m]":>9} {"wall [m]":>9} {"clean":>9} '
           f'{"ratio":>13} {"ms":>16}')
-    failures, verdicts = [], []
+    failures, verdicts, sections = [], [], []
     with Pool(options.workers) as pool:
         for case in options.cases:
             driven = []
@@ -101,8 +112,12 @@ def main():
                 failures += [row for row in rows if row['arrived'] < row['robots'] or not row['is_free']]
                 driven += rows
                 print(line(case, planner, rows), flush=True)
+                if planner in horizon_sections.PLANNERS:
+                    sections.append(horizon_sections.line(case, planner, rows))
             if {'ours', 'ORCA'} <= set(planners):
                 verdicts.append(verdict(case, driven))
+    for said in ['', horizon_sections.HEAD, *sections] if sections else []:
+        print(said)
     for said in verdicts:
         print(said)
     for row in failures:

@@ -4,6 +4,7 @@ Each family is a function of its name, a random generator and its own parameters
 """
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,9 @@ def heritage(name: str, rng: np.random.Generator) -> Scene:
                RoundObstacle((0.38, 4.65), 0.165)]
     environment = Environment(Boundary((-4.0, 4.0), (-2.0, 9.0)), circles)
     starts, goals = np.array([(-0.05, 0.0), (0.4, 0.0)]), np.array([(0.1, 7.0), (-0.4, 5.0)])
-    return _scene(name, environment, starts, goals, np.full(2, np.pi / 2))
+    scene = _scene(name, environment, starts, goals, np.full(2, np.pi / 2))
+    return replace(scene, horizon={'N_s': 14, 'n_knots': 5, 'Tc': 0.5, 'Tp': 2.0, 'Td': 2.0, 'detec_rho': 6.0,
+                                   'def_epsilon': 5.0})
 
 
 def swap(name: str, rng: np.random.Generator, robots: int, jitter: float, radius: float | None) -> Scene:
