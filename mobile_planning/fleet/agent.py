@@ -20,9 +20,11 @@ from mobile_planning.fleet.itinerary import How, Itinerary
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import JointRequest
 from mobile_planning.fleet.logbook import Entry
-from mobile_planning.fleet.message import Contracts, Death, RobotMsg
+from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
+from mobile_planning.fleet.solution import Solution
 from mobile_planning.world.environment import Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -71,6 +73,10 @@ class Agent:
         Of the robot; grows with each robot that is made for another map.
     itinerary : Itinerary
         Where it drives after the goal that it has.
+    orders : int
+        Times that it was told where to drive by `set_goals` and `follow_path`.
+    postscript : Postscript
+        As of the last step: what is to be told beside what the robot says.
 
     Raises
     ------
@@ -93,7 +99,8 @@ class Agent:
         self._obstacles, self._world_trouble = (), ''
         self._turn, self._waiting = threading.RLock(), deque(maxlen=_WAITING)
         self._driven, self._is_placed = -1, is_placed
-        self.itinerary, self._is_at_goal = Itinerary(robot_id, scene.errands()), False
+        self.itinerary, self._is_at_goal, self.orders = Itinerary(robot_id, scene.errands()), False, 0
+        self.postscript = Postscript()
         if not scene.on_map:
             self._make(now)
 
@@ -115,6 +122,17 @@ class Agent:
     def is_finished(self) -> bool:
         """Whether the robot has driven its mission: it is done, or was stopped."""
         return self.robot is not None and (self._is_at_goal and not self.itinerary.left or self._is_stopped)
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether its mission was stopped."""
+        return self._is_stopped
+
+    @property
+    def solution(self) -> Solution:
+        """What this process has driven, and the goals that it was given; there must be a robot."""
+        goals = self.itinerary.given(self.robot.goal, self._is_at_goal)
+        return replace(self.robot.sol, goals=goals)
 
     @property
     def mission_start(self) -> float:
@@ -242,8 +260,10 @@ class Agent:
             if self._holds.pop(reason, None) is not None and not self._holds and self.robot is not None:
                 self.robot.resume(now)
 
-    def set_goals(self, goals: Sequence[ArrayLike], how: How, now: float) -> None:
-        """Drive to ``goals``, (3,) [m, m, rad] each, one after the other.
+    def set_goals(self, goals: Sequence[ArrayLike], how: How, now: float) -> int:
+        """Drive to ``goals``, (3,) [m, m, rad] each, one after the other, and return the number of this order.
+
+        A robot that was told to `withdraw` its last goal drives again.
 
         Raises
         ------
@@ -263,10 +283,32 @@ class Agent:
                 self.robot.require_goal(goal)
             if how is How.APPEND:
                 self.itinerary.take(goals, how)
-                return
-            self.robot.set_goal(goals[0], now)
-            self._is_at_goal = False
-            self.itinerary.take([*goals[1:], goals[0]] if how is How.REPEAT else goals[1:], how)
+            else:
+                self.robot.set_goal(goals[0], now)
+                self._is_at_goal = False
+                self.itinerary.take([*goals[1:], goals[0]] if how is How.REPEAT else goals[1:], how)
+            return self._ordered(now)
+
+    def withdraw(self, order: int, now: float) -> None:
+        """Come to rest if the goal of that order is still driven to, and stay until the next order."""
+        with self._turn:
+            if order == self.orders:
+                self.hold('goal withdrawn', 'its goal was withdrawn', now)
+
+    def _ordered(self, now):
+        """Note that the robot was told where to drive, and let it."""
+        self.orders += 1
+        self.release('goal withdrawn', now)
+        return self.orders
+
+    def is_at_rest(self, now: float) -> bool:
+        """Whether the plan in force has been driven to its end at ``now`` [s]."""
+        return self.robot is None or now >= self.robot.plan.end_knot * self.robot.plan.step
+
+    def distance_left(self, now: float) -> float:
+        """Return how far [m] it is to the goal at hand at ``now`` [s]; 0 without one."""
+        with self._turn:
+            return 0.0 if self.robot is None else self.robot.distance_left(now)
 
     def follow_path(self, poses: ArrayLike, now: float) -> None:
         """Drive along a path (N, 3) [m, m, rad] from elsewhere to its end, and forget all other goals.
@@ -284,6 +326,7 @@ class Agent:
             self.robot.follow_path(poses, now)
             self._is_at_goal = False
             self.itinerary.take([], How.REPLACE)
+            self._ordered(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Take in what a robot, or somebody who vouches for its death, says.
@@ -337,6 +380,7 @@ class Agent:
             self._hand_over()
             self._go_on(now)
             self._world_trouble = self.robot.world_trouble
+            self.postscript = self._postscript(now)
             return messages
 
     def take_request(self) -> JointRequest | None:
@@ -377,7 +421,8 @@ class Agent:
         """Drive to the next goal, where one was reached."""
         if not self.robot.is_done:
             return
-        self.itinerary.reached += not self._is_at_goal
+        if not self._is_at_goal:
+            self.itinerary.arrivals.append(self.robot.goal)
         self._is_at_goal = True
         taken = [(message.goal, message.radius) for message in self.robot.heard().values()]
         goal = self.itinerary.next_goal(now - self.mission_start, taken)
@@ -390,6 +435,12 @@ class Agent:
                 # It stays where it is, and goes on to the goal after this one.
                 self._holds['goal'] = f'a goal is left out: {error}'
                 self._is_at_goal = True
+
+    def _postscript(self, now):
+        robot = self.robot
+        has_set_out = robot.mode is not Mode.STOPPED and now >= self.mission_start > 0.0 and not robot.is_done
+        lacking = tuple(robot.protocol.forbidding(now, True)) if has_set_out else ()
+        return Postscript(self.mission_start, self.itinerary.reached, without_word_of=lacking, held_up=robot.held_up)
 
     def _notice_twin(self, message, now):
         if message.boot_epoch == self.epoch:

@@ -309,6 +309,10 @@ class HorizonRobot(Robot):
         mode = self._orders.mode
         return Mode.STOPPED if mode is Mode.DRIVING and self._is_over else mode
 
+    def distance_left(self, now: float) -> float:
+        """Return how far [m] the goal is from where the robot is at ``now`` [s], in a straight line."""
+        return float(np.linalg.norm(self.k_mod.z_final - self.state(now)[:2]))
+
     @property
     def held_up(self) -> HoldUp | None:
         """Since when a robot that is to drive stands, and who has not granted what it intends; None if it goes on."""

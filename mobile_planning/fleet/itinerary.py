@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import LimitExceeded
-from mobile_planning.fleet.errands import Errands
+from mobile_planning.fleet.errands import EndlessErrands, Errands
 
 #: Goals of one robot.
 MAX_GOALS = 1000
@@ -34,7 +34,7 @@ class Itinerary:
 
     Attributes
     ----------
-    reached : int
+    arrivals : list of (3,) ndarray [m, m, rad]
         Goals at which the robot has arrived.
 
     Examples
@@ -46,10 +46,31 @@ class Itinerary:
     """
 
     def __init__(self, robot_id: int, errands: Errands | None = None):
-        self.reached = 0
+        self.arrivals: list[NDArray[np.float64]] = []
+        self._is_of_scene = not isinstance(errands, EndlessErrands)
         self._id, self._errands = robot_id, errands
         self._goals: deque[NDArray[np.float64]] = deque()
         self._repeats = False
+
+    @property
+    def reached(self) -> int:
+        """Number of goals at which the robot has arrived."""
+        return len(self.arrivals)
+
+    def given(self, goal: ArrayLike, is_there: bool) -> tuple[NDArray[np.float64], ...]:
+        """Return all goals that the robot is held to, if they are others than those of its scene; else nothing.
+
+        Parameters
+        ----------
+        goal : (3,) array_like [m, m, rad]
+            At hand.
+        is_there : bool
+            Whether the robot has arrived at it, and it is among ``arrivals``.
+        """
+        if self._is_of_scene:
+            return ()
+        ahead = () if self._repeats else self._goals
+        return (*self.arrivals, *([] if is_there else [np.array(goal, float)]), *ahead)
 
     @property
     def left(self) -> int:
@@ -71,6 +92,7 @@ class Itinerary:
             # Who says where to drive knows better than the scene.
             self._goals.clear()
             self._errands = None
+        self._is_of_scene = False
         self._repeats = how is How.REPEAT or self._repeats and how is How.APPEND
         self._goals.extend(np.array(goal, float) for goal in goals)
 

@@ -16,8 +16,10 @@ from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.makespan import lower_bound
 from mobile_planning.fleet.message import Death, Mode, RobotMsg
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.verification import Body, Report, verify
+from mobile_planning.fleet.waiting import Waiter, why_they_wait
 from mobile_planning.world.environment import Environment
 
 #: The mission starts this long after its announcement [s]; solutions are waited for so long after its end [s].
@@ -71,6 +73,8 @@ class Mission:
         self._wanted_since = now if autostart else None
         self._ended: float | None = None
         self._heard: dict[int, tuple[RobotMsg, float]] = {}
+        self._told: dict[int, Postscript] = {}
+        self._last: list[tuple[RobotMsg, Postscript]] = []
         self._epochs: dict[int, set[int]] = {}
         self.deaths: dict[int, Death] = {}
 
@@ -94,8 +98,8 @@ class Mission:
 
     # What goes in
 
-    def hear(self, message: RobotMsg, now: float, mission_start: float = 0.0) -> None:
-        """Take in what a robot says, and when the mission began that it drives [s], 0 for none.
+    def hear(self, message: RobotMsg, now: float, postscript: Postscript = Postscript()) -> None:
+        """Take in what a robot says, and tells beside it.
 
         A robot that was started anew takes part again, if its body is where its last plan has led it.
         """
@@ -106,9 +110,11 @@ class Mission:
         if known is not None and (message.boot_epoch, message.sequence) <= (known.boot_epoch, known.sequence):
             return
         self._heard[robot_id] = message, now
+        self._told[robot_id] = postscript
         if self.state is State.WAITING:
-            if mission_start > 0.0 and set(message.links) | {robot_id} == set(self.robot_ids) and not self.why:
-                self._take_up(mission_start)
+            hears_all = set(message.links) | {robot_id} == set(self.robot_ids)
+            if postscript.mission_start > 0.0 and hears_all and not self.why:
+                self._take_up(postscript.mission_start)
         elif not self.why and message.boot_epoch not in self._epochs.setdefault(robot_id, set()):
             is_new = bool(self._epochs[robot_id])
             self._epochs[robot_id].add(message.boot_epoch)
@@ -258,6 +264,8 @@ class Mission:
 
     def report(self, bodies: Sequence[Body], environment: Environment) -> Report:
         """Return what the mission came to; why it ended is a violation too, unless it is complete."""
+        # By what each robot was told since, where that is not the scene.
+        bodies = [self._told_to(body) for body in bodies]
         unknown = {robot_id for robot_id, message in self.heard.items()
                    if robot_id not in self.solutions and message.plan_seq and self._epochs}
         judged = [body for body in bodies if body.eyed not in unknown]
@@ -265,13 +273,20 @@ class Mission:
         dead = set(self.deaths) | (unknown & set(self.silent(self._ended or 0.0)))
         violations = [*report.violations, *(f'robot {robot_id} has driven and never said what' for robot_id in
                                             sorted(unknown))]
+        ended = max((solution.end for solution in self.solutions.values()), default=self.start_time) - self.start_time
         report = replace(report, robots=len(bodies), dead=len(dead), violations=violations,
-                         lower_bound=lower_bound(bodies, environment))
+                         lower_bound=lower_bound(bodies, environment),
+                         waiting=why_they_wait(self._waiters(), self._bodies_of_the_dead(), environment, ended))
         if self.is_complete:
             return replace(report, valid=report.valid and not unknown)
         return replace(report, valid=False, violations=[*violations, f'the mission ended: {self.why}'])
 
     # How it works
+
+    def _told_to(self, body):
+        """Return a body that is held to the goals that its robot says it was given."""
+        goals = self.solutions[body.eyed].goals if body.eyed in self.solutions else ()
+        return replace(body, goal=goals[-1], via=goals[:-1]) if goals else body
 
     def _is_fresh(self, robot_id, now):
         if robot_id not in self._heard:
@@ -304,3 +319,19 @@ class Mission:
 
     def _end(self, why, now):
         self.state, self.why, self._ended = State.STOPPED, why, now
+        # What they say once they are told to stop is another thing.
+        self._last = [(message, self._told[robot_id]) for robot_id, message in self.heard.items()
+                      if self._is_fresh(robot_id, now) and robot_id not in self.deaths and not message.dp]
+
+    def _waiters(self):
+        """Return the living robots that had not arrived when the mission ended, as they told of themselves."""
+        return [Waiter(message.robot_id, message.mode.name.lower(), message.lz, message.goal, message.radius,
+                       message.v_max, message.links, told.without_word_of, told.held_up,
+                       self.solutions.get(message.robot_id), self.start_time) for message, told in self._last]
+
+    def _bodies_of_the_dead(self):
+        """Return where the bodies of the dead and of the silent rest, and their radii, by robot id."""
+        certified = {robot_id: (death.place, death.radius) for robot_id, death in self.deaths.items()}
+        silent = self.silent(self._ended or 0.0)
+        return {**{robot_id: (message.plan.end, message.radius) for robot_id, message in self.heard.items()
+                   if robot_id in silent}, **certified}

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +53,7 @@ class Waiting:
     mode : str
         What it was doing, in lower case.
     since : float [s]
-        When it last came nearer to its goal, from the start of the mission on.
+        When it last came nearer to its goal, from the start of the mission on; NaN if unknown.
     place : tuple of float [m]
         Where it was.
     without_word_of : tuple of int
@@ -85,7 +86,8 @@ class Waiting:
         whys += [f'finds no way past {_robots(self.blocked_by)}'] if self.blocked_by else []
         whys += ['is cut off from its goal by the dead'] if self.is_cut_off else []
         x, y = self.place
-        return (f'robot {self.robot}, {self.mode}, at ({x:.2f}, {y:.2f}), has come no nearer since {self.since:.1f} s'
+        since = '' if isnan(self.since) else f', has come no nearer since {self.since:.1f} s'
+        return (f'robot {self.robot}, {self.mode}, at ({x:.2f}, {y:.2f}){since}'
                 + ''.join(f'; it {why}' for why in whys))
 
 

@@ -27,6 +27,8 @@ class Solution:
     commits : tuple of float [s]
         When each plan was committed, on the fleet's clock: from then on it binds, before it is driven. NaN for the one
         with which the robot was switched on; that, and what is left out at the end, is taken for the first knot.
+    goals : tuple of (3,) ndarray [m, m, rad]
+        That the robot was given in place of those of its scene, in order; empty for those of the scene.
     sample : float [s]
         Greatest time between samples.
     start_time : float [s] or None
@@ -39,6 +41,7 @@ class Solution:
     done: bool = False
     section_times: tuple[float, ...] = ()
     commits: tuple[float, ...] = field(default=(), kw_only=True)
+    goals: tuple[NDArray[np.float64], ...] = field(default=(), kw_only=True)
     sample: float = field(default=0.01, kw_only=True)
     start_time: float | None = field(default=None, kw_only=True)
 

@@ -22,7 +22,7 @@ from mobile_planning.world.obstacles import Obstacle
 if TYPE_CHECKING:
     from mobile_planning.fleet.verification import Report
 
-MAX_PLANS = 100_000
+MAX_PLANS, MAX_GOALS_TOLD = 100_000, 100_000
 #: Of /obstacles; more belong on the map.
 MAX_OBSTACLES, MAX_CORNERS = 1000, 10_000
 
@@ -58,7 +58,8 @@ def solution_message(solution: Solution, epoch: int, time: float, frame: str) ->
         headings=wire.floats([plan.heading for plan in plans]),
         final_headings=wire.floats([plan.final_heading for plan in plans]),
         reverse=[bool(plan.reverse) for plan in plans],
-        section_times=wire.floats(solution.section_times), commits=wire.floats(solution.commits))
+        section_times=wire.floats(solution.section_times), commits=wire.floats(solution.commits),
+        goals=wire.floats(np.reshape(solution.goals, -1)))
 
 
 def solution(message: SolutionMessage, frame: str) -> Solution:
@@ -78,11 +79,13 @@ def solution(message: SolutionMessage, frame: str) -> Solution:
         raise InvalidInput(f'a solution has 1 to {MAX_PLANS} plans with one entry each in every array')
     if 2 * sizes.sum() != len(message.control_points):
         raise InvalidInput(f'a solution has {len(message.control_points)} numbers for {sizes.sum()} control points')
+    if len(message.goals) % 3 or len(message.goals) > 3 * MAX_GOALS_TOLD or not np.isfinite(message.goals).all():
+        raise InvalidInput(f'a solution has {len(message.goals)} numbers for its goals, not three finite ones for each')
     points = np.array(message.control_points).reshape(-1, 2)
     plans = [Plan(wire.knot(knot), message.step, part, *fields) for knot, part, *fields in
              zip(message.first_knots, np.split(points, np.cumsum(sizes)[:-1]), *columns)]
     return Solution(int(message.robot_id), tuple(plans), bool(message.done), tuple(message.section_times),
-                    commits=tuple(message.commits))
+                    commits=tuple(message.commits), goals=tuple(np.array(message.goals).reshape(-1, 3)))
 
 
 def report_message(report: Report, time: float, proofs: int = 0, unchecked: int = 0) -> MissionReport:
@@ -93,9 +96,10 @@ def report_message(report: Report, time: float, proofs: int = 0, unchecked: int 
         min_obstacle_clearance=float(report.min_obstacle_clearance), mission_time=float(report.mission_time),
         lower_bound=float('nan' if report.lower_bound is None else report.lower_bound), dead=int(report.dead),
         section_times=wire.floats(report.section_times), messages=int(report.messages or 0),
-        message_bytes=int(report.message_bytes or 0), goals_reached=int(report.arrivals),
+        message_bytes=int(report.message_bytes or 0), goals=int(report.goals), goals_reached=int(report.arrivals),
         throughput=float('nan' if report.throughput is None else report.throughput), proofs=int(proofs),
-        unchecked=int(unchecked), violations=[str(sentence) for sentence in report.violations])
+        unchecked=int(unchecked), waiting=[str(each) for each in report.waiting],
+        violations=[str(sentence) for sentence in report.violations])
 
 
 def deaths_message(deaths: Iterable[Death], time: float, frame: str) -> Deaths:

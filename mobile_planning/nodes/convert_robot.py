@@ -2,37 +2,22 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from math import nan
 
 import numpy as np
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import MAX_POINTS, Plan
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.joint_message import MAX_MEMBERS, JointStatus
-from mobile_planning.fleet.message import Mode, RobotMsg
+from mobile_planning.fleet.message import MAX_LINKS, Mode, RobotMsg
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.nodes import wire
 from mobile_planning.nodes.convert import header, seconds
 
-
-@dataclass(frozen=True)
-class Postscript:
-    """What a RobotMsg carries beside the intention: no robot plans by it.
-
-    Attributes
-    ----------
-    mission_start : float [s]
-        Of the mission that the sender drives, 0 for none.
-    goals_reached : int
-        In that mission.
-    lags : mapping of int to float [s]
-        Least time lately from a stamp of each peer to its arrival, by the clock of the sender; NaN for unknown.
-    """
-
-    mission_start: float = 0.0
-    goals_reached: int = 0
-    lags: Mapping[int, float] = field(default_factory=dict)
+#: In the order of their numbers in a RobotMsg, from 1 on.
+_REASONS = Reason.TURN, Reason.STALLED, Reason.BLOCKED
 
 
 def robot_message(message: RobotMsg, time: float, frame: str, postscript: Postscript = Postscript()) -> RobotMessage:
@@ -53,7 +38,7 @@ def robot_message(message: RobotMsg, time: float, frame: str, postscript: Postsc
         joint_epoch=message.joint.epoch, joint_proposer=message.joint.proposer,
         joint_followed=bool(message.joint.is_followed), joint_member=array('I', message.joint.progress),
         joint_progress=array('I', message.joint.progress.values()), stalled=float(message.joint.stalled),
-        proposing=bool(message.joint.is_proposing))
+        proposing=bool(message.joint.is_proposing), **_hold_up_fields(postscript))
 
 
 def robot_msg(message: RobotMessage, frame: str) -> RobotMsg:
@@ -88,12 +73,25 @@ def postscript(message: RobotMessage) -> Postscript:
     Raises
     ------
     InvalidInput
-        There is not one lag for each link.
+        There is not one lag for each link, or nothing can hold up a robot so.
     """
     if len(message.lag) != len(message.peer):
         raise InvalidInput(f'a RobotMsg has {len(message.lag)} lags for {len(message.peer)} links')
+    if message.held_up > len(_REASONS) or max(len(message.without_word_of), len(message.waits_for)) > MAX_LINKS:
+        raise InvalidInput(f'a RobotMsg is held_up {message.held_up} by {len(message.waits_for)} robots, without word '
+                           f'of {len(message.without_word_of)}: known are 0 to {len(_REASONS)}, by up to {MAX_LINKS}')
+    held_up = HoldUp(nan, _REASONS[message.held_up - 1], tuple(message.waits_for)) if message.held_up else None
     return Postscript(seconds(message.mission_start), int(message.goals_reached),
-                      dict(zip(map(int, message.peer), map(float, message.lag))))
+                      dict(zip(map(int, message.peer), map(float, message.lag))), tuple(message.without_word_of),
+                      held_up)
+
+
+def _hold_up_fields(postscript):
+    """Return the fields that say why a robot does not go on."""
+    held_up = postscript.held_up
+    reason, others = (0, ()) if held_up is None else (_REASONS.index(held_up.reason) + 1, held_up.for_robots)
+    return {'without_word_of': array('I', postscript.without_word_of), 'held_up': reason,
+            'waits_for': array('I', others)}
 
 
 def _joint_status(message):

@@ -5,6 +5,7 @@ Each message is converted once, however many robots of the process it is for, an
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from math import nan
 from time import monotonic
@@ -22,9 +23,9 @@ from rclpy.node import Node
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.message import Contracts, RobotMsg
 from mobile_planning.fleet.peers import PeerTable
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.nodes import convert, convert_contracts, convert_joint_plan, convert_mission, convert_robot, qos
-from mobile_planning.nodes.convert_robot import Postscript
 from mobile_planning.nodes.guard import Guard
 
 #: Messages of so many robots fit between two turns of the executor.
@@ -85,14 +86,22 @@ class FleetBus:
         """Return the common time of the fleet [s]."""
         return self._node.get_clock().now().nanoseconds * 1e-9
 
-    def say(self, messages: Iterable[RobotMsg | Contracts | JointPlan], mission_start: float, goals_reached: int,
+    def say(self, messages: Iterable[RobotMsg | Contracts | JointPlan], postscript: Postscript,
             roster: Iterable[int]) -> None:
-        """Publish what a robot says; each message is stamped with the time at which it goes out."""
+        """Publish what a robot says; each message is stamped with the time at which it goes out.
+
+        Parameters
+        ----------
+        messages : iterable of RobotMsg, Contracts, JointPlan
+        postscript : Postscript
+            But for the lags, which are known here.
+        roster : iterable of int
+            To whom they are told.
+        """
         for message in messages:
             if isinstance(message, RobotMsg):
                 lags = {other: self.peers.lag(other) for other in roster}
-                content = convert_robot.robot_message(message, self.now(), self._frame,
-                                                      Postscript(mission_start, goals_reached, lags))
+                content = convert_robot.robot_message(message, self.now(), self._frame, replace(postscript, lags=lags))
             elif isinstance(message, Contracts):
                 content = convert_contracts.contracts_message(message, self.now(), self._frame)
             else:

@@ -177,7 +177,7 @@ class RobotNode(Node):
 
     def _say(self, messages):
         agent = self._agent
-        self.host.bus.say(messages, agent.mission_start, agent.itinerary.reached, agent.roster)
+        self.host.bus.say(messages, agent.postscript, agent.roster)
         for message in messages:
             if isinstance(message, RobotMsg) and (message.boot_epoch, message.plan_seq) != self._shown:
                 self._shown = message.boot_epoch, message.plan_seq
@@ -190,7 +190,7 @@ class RobotNode(Node):
 
     def _solution(self):
         """Return what the body has driven under all processes of the robot."""
-        latest = self._agent.robot.sol
+        latest = self._agent.solution
         return replace(latest, plans=(*(entry.plan for entry in self._history), *latest.plans),
                        commits=(*(entry.commit for entry in self._history), *latest.commits))
 

@@ -48,6 +48,8 @@ class RobotOptions:
     com_range: float = option(0.0, 'how far away neighbours may be [m]; 0: as the scene says', low=0.0, high=1e6,
                               read_only=True)
     takes_goal_pose: bool = option(False, 'drive to what comes on /goal_pose, as RViz sends it', read_only=True)
+    navigate_to_pose: bool = option(False, "serve the action ~/navigate_to_pose: Nav2's where nav2_msgs is installed, "
+                                    'else one of ours with the same fields', read_only=True)
     frame_id: str = option('map', 'frame of all poses', read_only=True)
     simulate: bool = option(True, 'simulate the base and publish ~/odom; else drive a real one by ~/cmd_vel',
                             read_only=True)

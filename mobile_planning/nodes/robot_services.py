@@ -18,11 +18,14 @@ from mobile_planning.fleet.reference_path import MAX_PATH
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import check_frame, configuration, planar
 from mobile_planning.nodes.guard import Guard, tell_code, tell_sentence
+from mobile_planning.nodes.navigate_action import NavigateAction
 from mobile_planning.nodes.robot_options import RobotOptions
 
 
 class RobotServices:
-    """``~/set_goal``, ``~/pause``, ``~/resume``, ``~/reference_path``, and ``/goal_pose`` for who listens to it.
+    """``~/set_goal``, ``~/pause``, ``~/resume``, ``~/reference_path``, and what it is asked to have beside them.
+
+    That is ``/goal_pose`` and the action ``~/navigate_to_pose``.
 
     Parameters
     ----------
@@ -47,6 +50,8 @@ class RobotServices:
             node.create_service(kind, name, guard.service(act, fail), callback_group=aside)
         node.create_subscription(Path, '~/reference_path', guard.callback(self._on_reference_path), qos.live(1),
                                  callback_group=aside)
+        if options.navigate_to_pose:
+            NavigateAction(node, guard, agent, options.frame_id, now, submit)
         if options.takes_goal_pose:
             node.create_subscription(PoseStamped, '/goal_pose', guard.callback(self._on_goal_pose), qos.live(1),
                                      callback_group=aside)

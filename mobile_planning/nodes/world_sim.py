@@ -86,7 +86,7 @@ class WorldSimNode(Node):
 
     def _on_robot_message(self, message, info):
         stamp, said = self._admit(message, info), convert_robot.robot_msg(message, self._frame)
-        self._mission.hear(said, monotonic(), convert_robot.postscript(message).mission_start)
+        self._mission.hear(said, monotonic(), convert_robot.postscript(message))
         self._watch.hear(said, stamp)
 
     def _on_contracts(self, message, info):

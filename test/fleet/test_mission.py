@@ -12,6 +12,7 @@ from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.message import Link, Mode, RobotMsg
 from mobile_planning.fleet.mission import LEAD, PATIENCE, Mission
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.scene import RobotSpec, Scene
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.world.environment import Boundary
@@ -155,7 +156,7 @@ def test_a_robot_restarted_elsewhere_ends_it():
 def test_a_mission_whose_own_process_died_is_taken_up_where_its_robots_are():
     mission = Mission('m', IDS, 60.0, 10.0, now=30.0)
     for robot_id in IDS:
-        mission.hear(said(robot_id, mode=Mode.DRIVING), 30.0, EPOCH - 20.0)
+        mission.hear(said(robot_id, mode=Mode.DRIVING), 30.0, Postscript(EPOCH - 20.0))
         mission.step(30.0, EPOCH)
     assert mission.announcement == Announcement('m', State.STARTED, IDS, EPOCH - 20.0)
     for robot_id in IDS:
@@ -166,7 +167,7 @@ def test_a_mission_whose_own_process_died_is_taken_up_where_its_robots_are():
 
 def test_robots_of_another_mission_are_not_taken_for_its_own():
     mission = Mission('m', IDS, 60.0, 10.0)
-    mission.hear(said(1, hears=(1, 2), mode=Mode.DRIVING), 0.0, EPOCH)
+    mission.hear(said(1, hears=(1, 2), mode=Mode.DRIVING), 0.0, Postscript(EPOCH))
     assert mission.state is State.WAITING
 
 

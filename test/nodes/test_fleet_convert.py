@@ -18,8 +18,10 @@ from mobile_planning.errors import InvalidInput, LimitExceeded, UnknownFrame
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import MAX_SPANS, Contract
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.joint_message import JointPlan, JointStatus
 from mobile_planning.fleet.message import MAX_LINKS, Contracts, Death, Link, LinkMode, Mode, Offer, RobotMsg
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.tether import Tether
 from mobile_planning.fleet.verification import Body, Report
@@ -32,7 +34,6 @@ from mobile_planning.nodes import (
     convert_views,
     wire,
 )
-from mobile_planning.nodes.convert_robot import Postscript
 from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 
 uint32 = st.integers(0, 2**32 - 1)
@@ -106,17 +107,27 @@ def test_what_a_robot_says_arrives_as_it_was(message):
         assert np.array_equal(fields[name], others[name])
 
 
-@given(links, st.data())
-def test_a_postscript_arrives_as_it_was(entries, data):
+peers = st.lists(st.integers(0, 2**32 - 1), max_size=4).map(tuple)
+
+
+@given(links, st.data(), peers, st.none() | st.builds(HoldUp, st.floats(0, 9), st.sampled_from(Reason), peers))
+def test_a_postscript_arrives_as_it_was(entries, data, without_word_of, held_up):
     plan = Plan(0, 1, [[1, 2]] * 4, 1, 2)
     lags = {peer: data.draw(st.floats(-10, 10)) for peer in entries if data.draw(st.booleans())}
     message = convert_robot.robot_message(RobotMsg(False, [1], [2], [3, 4], plan=plan, links=entries), 7, 'map',
-                                          Postscript(1.8e9, 3, lags))
+                                          Postscript(1.8e9, 3, lags, without_word_of, held_up))
     received = convert_robot.postscript(sent(message))
+    assert (received.without_word_of, received.held_up is None) == (without_word_of, held_up is None)
+    assert held_up is None or (received.held_up.reason, received.held_up.for_robots) == (
+        held_up.reason, held_up.for_robots)
     assert (received.mission_start, received.goals_reached, set(received.lags)) == (1.8e9, 3, set(entries))
     assert {peer: lag for peer, lag in received.lags.items() if not np.isnan(lag)} == lags
     message.lag.append(0.0)
     with pytest.raises(InvalidInput, match='lags'):
+        convert_robot.postscript(message)
+    message.lag.pop()
+    message.held_up = 9
+    with pytest.raises(InvalidInput, match='held_up 9'):
         convert_robot.postscript(message)
 
 
@@ -212,15 +223,16 @@ def test_a_joint_plan_arrives_as_it_was(plan):
 
 
 @given(uint32, uint32, st.booleans(), st.lists(plans(0.5, st.integers(1, 20)), min_size=1, max_size=8),
-       st.lists(st.floats(0, 10)), st.lists(st.floats(-10, 1e9)))
-def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times, commits):
-    solution = Solution(robot_id, tuple(driven), done, tuple(times), commits=tuple(commits))
+       st.lists(st.floats(0, 10)), st.lists(st.floats(-10, 1e9)), st.lists(st.tuples(*[st.floats(-9, 9)] * 3)))
+def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times, commits, goals):
+    solution = Solution(robot_id, tuple(driven), done, tuple(times), commits=tuple(commits), goals=tuple(goals))
     message = sent(convert_mission.solution_message(solution, epoch, 1.0, 'hall'))
     received = convert_mission.solution(message, 'hall')
     assert message.boot_epoch == epoch and (received.eyed, received.done) == (robot_id, done)
     assert received.section_times == tuple(times) and received.commits == tuple(commits)
     assert len(received.plans) == len(driven)
     assert all(map(same_plan, received.plans, solution.plans))
+    assert [tuple(goal) for goal in received.goals] == goals
 
 
 @given(st.text(st.characters(codec='ascii', exclude_characters='\0')), st.sampled_from(State),
@@ -283,7 +295,7 @@ NAN, INF = float('nan'), float('inf')
 
 
 @pytest.mark.parametrize('field, value, words', [
-    ('version', 2, 'version 2, not 3'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
+    ('version', 3, 'version 3, not 4'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
     ('control_points', doubles(), '0 numbers'), ('control_points', doubles(*[1.0] * 7), '7 numbers'),
     ('control_points', doubles(*[1.0] * 9), '9 numbers'), ('control_points', doubles(*[1.0] * 6), '6 numbers'),
     ('control_points', doubles(*[1.0] * 258), '258 numbers'),
@@ -463,7 +475,8 @@ def good_solution_message():
 @pytest.mark.parametrize('fields', [
     {'first_knots': array('q')}, {'first_knots': array('q', [1])}, {'sizes': array('I')}, {'sizes': array('I', [4, 4])},
     {'sizes': array('I', [8, 1])}, {'sizes': array('I', [0, 9])}, {'sizes': array('I', [2**32 - 1, 2**32 - 1])},
-    {'reverse': []}, {'reverse': [True]}, {'headings': doubles(0.0)},
+    {'reverse': []}, {'reverse': [True]}, {'goals': doubles(1.0)}, {'goals': doubles(NAN, 0.0, 0.0)},
+    {'headings': doubles(0.0)},
     {'headings': doubles(NAN, 0.0)}, {'final_headings': doubles()},
     {'final_headings': doubles(INF, 0.0)}, {'control_points': doubles()}, {'control_points': doubles(*[0.0] * 17)},
     {'control_points': doubles(*[NAN] * 18)}, {'step': 0.0}, {'step': NAN}, {'first_knots': array('q', [0, 2**63 - 1])},

@@ -9,9 +9,11 @@ from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from std_srvs.srv import Trigger
 
 from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.map_server import MapServer
 from mobile_planning.nodes.robot import RobotNode
+from mobile_planning.nodes.robots import make_robots
 from mobile_planning.nodes.world_sim import WorldSimNode
 from mobile_planning.world.map_io import save_map
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -109,3 +111,60 @@ def test_a_robot_restarted_on_the_way_ends_the_mission_and_moves_no_more(fleet):
     code, report = fleet.result()
     assert code == 1 and 'robot 2 was started anew' in report.violations[-1]
     fleet.heard(lambda message: message.robot_id == 2 and message.plan_seq == 0)
+
+
+#: Scenes by what is asked of robots: one goal, several in turn, drawn ones for a while, one that cannot be reached.
+SCENES = {
+    'crossing': """
+boundary: {x: [0, 5], y: [0, 5]}
+robots:
+  - {id: 1, start: [1, 2.5, 0], goal: [4, 2.5, 0]}
+  - {id: 2, start: [2.5, 1, 1.57], goal: [2.5, 4, 1.57]}
+""",
+    'rounds': """
+boundary: {x: [0, 5], y: [0, 5]}
+robots:
+  - {id: 1, start: [1, 1, 0], goals: [[2.5, 1, 0], [2.5, 2.5, 1.57]]}
+  - {id: 2, start: [4, 4, 3.14], goals: [[4, 2.5, -1.57], [4, 4, 1.57], [1.5, 4, 3.14]]}
+""",
+    'endless': """
+boundary: {x: [0, 5], y: [0, 5]}
+endless: 4.0
+robots:
+  - {id: 1, start: [1, 1, 0], goal: [2, 1, 0]}
+  - {id: 2, start: [4, 4, 3.14], goal: [3, 4, 3.14]}
+""",
+    'no way past': """
+boundary: {x: [0, 5], y: [0, 0.6]}
+timeout: 4.0
+robots:
+  - {id: 1, start: [1.5, 0.3, 0], goal: [4, 0.3, 0]}
+  - {id: 2, start: [2.5, 0.3, 3.14], goal: [0.5, 0.3, 3.14]}
+"""}
+
+
+@pytest.mark.parametrize('name', SCENES)
+def test_a_scene_comes_to_the_same_verdict_in_process_and_over_ros(ros, tmp_path, name):
+    path = tmp_path / f'{name}.yaml'
+    path.write_text(SCENES[name])
+    scene = load_scene(path)
+    expected = scene.world_sim(margin=0.025).run(seed=1, timeout=scene.timeout, errands=scene.errands(1))
+    reports = ros.listen(MissionReport, '/world_sim/report', qos.latched())
+    ros.add(make_robots, scene=str(path), robots=[1, 2])
+    ros.add(WorldSimNode, scene=str(path))
+    with pytest.raises(SystemExit) as end:
+        ros.until(lambda: False)
+    report = ros.until(lambda: reports)[-1]
+    assert (report.valid, report.arrived) == (expected.valid, expected.arrived) and end.value.code == (not report.valid)
+    assert [each.split(',')[0] for each in report.waiting] == [f'robot {each.robot}' for each in expected.waiting]
+    assert [kind_of(each) for each in report.violations if 'the mission ended' not in each] == \
+        [kind_of(each) for each in expected.violations]
+    if name != 'endless':
+        assert (report.goals, report.goals_reached) == (expected.goals, expected.arrivals)
+    else:
+        assert report.goals == report.goals_reached > 2 and report.throughput > 0.0
+
+
+def kind_of(violation):
+    """Return what a violation is about, without its numbers."""
+    return violation.split(' at ')[0]

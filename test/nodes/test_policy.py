@@ -31,7 +31,7 @@ def running(ros, tmp_path):
     scene = tmp_path / 'two.yaml'
     scene.write_text('boundary: {x: [0, 4], y: [0, 4]}\nrobots: [{id: 1, start: [1, 1, 0], goal: [2, 1, 0]}]')
     fleet = Fleet(ros)
-    fleet.robot(1), fleet.robot(2, simulate=False, takes_goal_pose=True)
+    fleet.robot(1), fleet.robot(2, simulate=False, takes_goal_pose=True, navigate_to_pose=True)
     for node, parameters in (MapServer, {}), (GridPlanner, {}), (SamplingPlanner, {}), (WorldSimNode, {'scene': scene}):
         ros.add(node, **{name: str(value) for name, value in parameters.items()})
     # The pilot of a real base is a process of its own.

@@ -20,11 +20,11 @@ from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import Contracts, Link, Mode, Offer, RobotMsg
+from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.scene_file import load_scene
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.nodes import convert_contracts, convert_mission, convert_robot, qos
 from mobile_planning.nodes.convert import seconds
-from mobile_planning.nodes.convert_robot import Postscript
 from mobile_planning.nodes.world_sim import WorldSimNode
 from mobile_planning.nodes.world_sim_options import WorldSimOptions
 
