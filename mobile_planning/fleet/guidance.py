@@ -109,9 +109,13 @@ class Guidance:
         return way
 
     def length(self, position: ArrayLike) -> float:
-        """Return what is left to drive from ``position`` (2,) [m], infinite if nothing leads to the goal."""
+        """Return what is left to drive from ``position`` (2,) [m], infinite if nothing leads to the goal.
+
+        Along the given way, if that is near: who drives along a detour comes no nearer to the goal by the shortest one.
+        """
         try:
-            path = self.path(position)
+            given = self._rest_of_given(np.asarray(position, float), 0.0)
+            path = self.path(position) if given is None else given
         except NoPath:
             return np.inf
         return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

@@ -31,7 +31,7 @@ def test_a_given_way_is_driven_along_to_its_end():
     assert one.is_done and places[-1] == pytest.approx((9, 1), abs=0.03)
     # Corners are cut as far as the robot sees.
     for corner in DETOUR[1:4, :2]:
-        assert np.linalg.norm(places - corner, axis=1).min() < 1.2
+        assert np.linalg.norm(places - corner, axis=1).min() < 0.5
 
 
 def test_another_goal_ends_it():

@@ -248,11 +248,14 @@ def test_a_mission_is_paused_and_goes_on(ros, robots, scene):
 
 
 def test_who_is_declared_dead_is_told_to_all_and_the_others_end_the_mission(ros, robots, scene, monkeypatch):
-    monkeypatch.setattr('mobile_planning.fleet.mission._QUIET', 0.5)
+    monkeypatch.setattr('mobile_planning.fleet.mission._QUIET', 2.0)
     deaths = ros.listen(Deaths, '/deaths', qos.latched())
     node = ros.add(WorldSimNode, scene=str(scene))
     robots.gather()
     good = robots.solve(seconds(robots.announced(MissionMessage.STARTED).start))
+    # While that was computed nobody spoke.
+    robots.diagnostics.clear()
+    robots.diagnosis(lambda status, facts: facts['silent'] == '[]')
     answer = ros.call(DeclareDead, '/world_sim/declare_dead', DeclareDead.Request(robot_id=2))
     assert not answer.success and 'its body may move' in answer.message
     del robots.said[2]
