@@ -86,9 +86,7 @@ class Agent:
 
     def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, *,
                  drive: Callable[[Entry], None] = lambda entry: None, is_placed: bool = True, **options):
-        if robot_id not in [spec.id for spec in scene.robots]:
-            raise InvalidInput(f'scene {scene.name} has the robots {[spec.id for spec in scene.robots]}, '
-                               f'not {robot_id}')
+        scene.spec(robot_id)
         self.robot: Robot | None = None
         self.epoch = int(epoch)
         self._scene, self._id, self._drive, self._options = scene, robot_id, drive, options
@@ -110,6 +108,11 @@ class Agent:
     def robot_id(self) -> int:
         """The robot's id."""
         return self._id
+
+    @property
+    def method(self) -> str:
+        """By which it plans."""
+        return self._options.get('method', self._scene.method)
 
     @property
     def trouble(self) -> str:

@@ -149,8 +149,8 @@ class Scene:
                                        f'may have no more than {self.com_range * SHARE:.3f} m with com_range '
                                        f'{self.com_range} m')
 
-    def robot(self, robot_id: int, grid: OccupancyGrid | None = None, **options) -> Robot:
-        """Return the robot with ``robot_id``; ``grid`` replaces the scene's, ``options`` go to ``Robot``.
+    def spec(self, robot_id: int) -> RobotSpec:
+        """Return what the robot with ``robot_id`` is like.
 
         Raises
         ------
@@ -160,6 +160,17 @@ class Scene:
         spec = next((spec for spec in self.robots if spec.id == robot_id), None)
         if spec is None:
             raise InvalidInput(f'scene {self.name} has the robots {[s.id for s in self.robots]}, not {robot_id}')
+        return spec
+
+    def robot(self, robot_id: int, grid: OccupancyGrid | None = None, **options) -> Robot:
+        """Return the robot with ``robot_id``; ``grid`` replaces the scene's, ``options`` go to ``Robot``.
+
+        Raises
+        ------
+        InvalidInput
+            The scene has no such robot.
+        """
+        spec = self.spec(robot_id)
         options = {'method': self.method, **options}
         if self.neighbours:
             near = [set(pair) - {robot_id} for pair in self.neighbours if robot_id in pair]

@@ -54,8 +54,8 @@ class RobotNode(Node):
         options = Parameters(self, RobotOptions).values
         self._frame, self._guard = options.frame_id, Guard(self)
         self.robot_id, scene = options.robot_id if robot_id is None else robot_id, options.load_scene()
-        self.needs_map, u_max = scene.on_map, {spec.id: spec.u_max for spec in scene.robots}
-        tracker = options.tracker(u_max.get(self.robot_id, options.u_max))
+        self.needs_map, spec = scene.on_map, scene.spec(self.robot_id)
+        tracker = options.tracker(spec.u_max)
         self._own_host = RobotHost(self, self._guard, options) if host is None else None
         self.host = host or self._own_host
         try:
@@ -74,6 +74,8 @@ class RobotNode(Node):
         self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
         self._answering.cancel()
         Diagnostics(self, self._guard, self._diagnosis)
+        if self._agent.method == 'contracts':
+            self.host.joint_worker.submit(lambda: self._health.expect(self.host.worst_lag(tracker, spec)))
         self.host.bus.add(self)
         self.host.loop.add(self._body)
 

@@ -36,6 +36,7 @@ class RobotHealth:
         self._agent, self._body, self._peers, self._options = agent, body, peers, options
         self._silent: frozenset[int] = frozenset()
         self._late, self._began, self._longest = 0, np.inf, 0.0
+        self._lag = 0.0
 
     def timed(self, work: Callable) -> Callable:
         """Return ``work``, which is watched while it lasts."""
@@ -47,6 +48,10 @@ class RobotHealth:
             finally:
                 self._longest, self._began = max(self._longest, monotonic() - self._began), np.inf
         return watched
+
+    def expect(self, lag: float) -> None:
+        """Take in how far [m] the body is sure to come off its plans where it turns in place."""
+        self._lag = lag
 
     def look(self, is_late: bool, logger) -> bool:
         """Note once a cycle whether it is missed, and who fell silent or is heard again; return whether anybody did."""
@@ -120,6 +125,10 @@ class RobotHealth:
             return f'the planner has not answered for more than {_HUNG:g} s: the plan in force is driven to its end'
         if self._body.trouble():
             return self._body.trouble()
+        if self._lag > options.tracking_margin:
+            return (f'with base_alpha_max {options.base_alpha_max:g} rad/s2 turns in place bring the body '
+                    f'{self._lag:.4f} m off its plan, the margin allows for {options.tracking_margin:g} m: let it turn '
+                    'slower (u_max), or raise margin and tracking_margin')
         for name, value, limit, unit in (
                 ('the body is off its plan by', body.tracking_error + body.drift, options.tracking_margin, 'm'),
                 ('the pose may be wrong by', body.localisation_error, options.localisation_margin, 'm'),

@@ -3,6 +3,9 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
+from mobile_planning.fleet.scene import RobotSpec
+from mobile_planning.fleet.tracking import Tracker
+from mobile_planning.fleet.tracking_budget import worst_lag
 from mobile_planning.nodes.control_loop import ControlLoop
 from mobile_planning.nodes.fleet_bus import FleetBus
 from mobile_planning.nodes.guard import Guard
@@ -36,6 +39,14 @@ class RobotHost:
         self.loop = ControlLoop(options.control_rate, guard)
         # Loaded before somebody waits for a section: it takes as long as several cycles.
         self.worker.submit(warm_up, 'world', 'fleet')
+        self._options, self._lags = options, {}
+
+    def worst_lag(self, tracker: Tracker, spec: RobotSpec) -> float:
+        """Return how far [m] a body comes off its plans at worst, tried once for all robots that are alike."""
+        key = tracker, tuple(spec.u_max), tuple(spec.a_max)
+        if key not in self._lags:
+            self._lags[key] = worst_lag(*key, self._options.Tc, 1.0 / self._options.control_rate)
+        return self._lags[key]
 
     def close(self) -> None:
         """End all threads; the bodies' is the last."""

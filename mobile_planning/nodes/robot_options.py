@@ -59,8 +59,8 @@ class RobotOptions:
     control_rate: float = option(20.0, 'of the tracking [Hz]', low=5.0, high=200.0, read_only=True)
     odom_rate: float = option(10.0, 'of ~/odom [Hz]', low=0.1, high=100.0, read_only=True)
     base_a_max: float = option(3.0, 'of the base [m/s^2]', low=0.1, high=100.0, read_only=True)
-    base_alpha_max: float = option(30.0, 'of the base; below 20 turns in place come late by more than the tracking '
-                                   'margin [rad/s^2]', low=1.0, high=1000.0, read_only=True)
+    base_alpha_max: float = option(30.0, 'of the base; an ERROR where turns in place bring it further off its plan '
+                                   'than the tracking margin [rad/s^2]', low=1.0, high=1000.0, read_only=True)
     base_slip: float = option(0.0, 'of the simulated base, standard deviation of its speeds', low=0.0, high=0.9,
                               read_only=True)
     base_noise: float = option(0.0, 'of the simulated pose, standard deviation [m]', low=0.0, high=1.0, read_only=True)

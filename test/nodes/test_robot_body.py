@@ -143,6 +143,13 @@ def test_a_way_from_elsewhere_is_driven_along_or_refused(ros, fleet):
     fleet.hear(lambda message: message.done_planning and message.latest_z[1] > 2.4)
 
 
+def test_a_base_that_turns_too_slowly_for_its_plans_is_an_error_from_the_start(fleet):
+    fleet.robot(base_alpha_max=20.0, goal=[1.5, 1.0, 0.0])
+    fleet.map()
+    status, _ = fleet.diagnosis(lambda status: 'turns in place bring the body' in status.message)
+    assert status.level == DiagnosticStatus.ERROR and 'base_alpha_max 20 rad/s2' in status.message
+
+
 def test_an_emergency_stop_of_the_mission_holds_all_until_it_goes_on(ros, fleet):
     fleet.robot(1, start=[1.0, 1.0, 0.0], goal=[3.0, 1.0, 0.0])
     fleet.robot(2, start=[1.0, 2.0, 0.0], goal=[3.0, 2.0, 0.0])

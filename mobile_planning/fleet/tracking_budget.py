@@ -1,0 +1,74 @@
+"""How far a body falls off its plans where its base turns less sharply than they ask.
+
+Plans keep to their speeds, turn rates and accelerations; how fast their turn rate changes they do not bound. In place
+it jumps: to its full value, and back to none when the robot sets out, which the body then does in another direction.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from mobile_planning.fleet.base import BaseOptions, SimulatedBase
+from mobile_planning.fleet.kinematics import UnicycleKineModel
+from mobile_planning.fleet.pilot import Pilot
+from mobile_planning.fleet.robot import Robot
+from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.tracking import Tracker
+from mobile_planning.world.environment import Boundary
+
+#: By so much the robot turns before it sets out [rad]: which is worst depends on how turns fit into spans.
+_TURNS = 0.9, 1.3, 1.8, 2.2, 2.6, 3.1
+
+
+def worst_lag(tracker: Tracker, u_max: tuple[float, float], a_max: tuple[float, float], Tc: float,
+              period: float) -> float:
+    """Return how far [m] a body comes off its plans where it turns in place and sets out, tried in simulation.
+
+    The base follows its commands at once, up to the greatest accelerations of the ``tracker``.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    u_max : tuple of float [m/s, rad/s]
+        Of the plans.
+    a_max : tuple of float [m/s^2, rad/s^2]
+        Of the plans.
+    Tc : float [s]
+        Between two sections.
+    period : float [s]
+        Between commands.
+
+    Examples
+    --------
+    >>> sharp, slow = (Tracker(1.2, 6.0, a_max=3.0, alpha_max=alpha) for alpha in (30.0, 15.0))
+    >>> [worst_lag(tracker, (1.0, 5.0), (2.0, 10.0), 0.25, 0.05) < 0.015 for tracker in (sharp, slow)]
+    [True, False]
+    """
+    return max(lag(_set_out(turn, u_max, a_max, Tc), tracker, period) for turn in _TURNS)
+
+
+def lag(solution: Solution, tracker: Tracker, period: float) -> float:
+    """Return the greatest distance [m] of a body from where its plans have it, if it drives them."""
+    first, *later = solution.plans
+    begin = first.first_knot * first.step
+    pilot, base = Pilot(tracker, first), SimulatedBase(first.state(begin)[:3],
+                                                       BaseOptions(tracker.a_max, tracker.alpha_max))
+    worst = 0.0
+    for now in np.arange(begin, solution.end + 0.5, period):
+        while later and later[0].first_knot * later[0].step <= now + period:
+            pilot.follow(later.pop(0))
+        pilot.localise(base.pose, now)
+        base.drive(pilot.command(now, period), period)
+        worst = max(worst, float(np.linalg.norm(base.pose[:2] - pilot.reference(now + period)[:2])))
+    return worst
+
+
+def _set_out(turn, u_max, a_max, Tc):
+    """Return what a robot drives that has its goal ``turn`` [rad] aside, as far as it needs to come up to speed."""
+    far = u_max[0] * (u_max[0] / a_max[0] + 4 * Tc)
+    model = UnicycleKineModel((0, 0, -turn), (far, 0, 0), u_max=u_max, a_max=a_max)
+    robot = Robot(1, model, [], Boundary((-1.0 - far, 1.0 + 2 * far), (-1.0 - far, 1.0 + far)), Tc=Tc,
+                  Tp=12 * Tc)
+    robot.start([1], 0.0)
+    for cycle in range(1 + int(np.ceil((np.pi / u_max[1] + far / u_max[0]) / Tc))):
+        robot.step(cycle * Tc + robot.phase - Tc)
+    return robot.sol
