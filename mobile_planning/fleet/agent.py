@@ -38,6 +38,9 @@ _APART = 0.012
 #: Another process of the same robot that was heard so lately [s] keeps this one from moving.
 _TWIN = 2.0
 
+#: Plans that a robot keeps for the judge: at four a second those of half an hour.
+_KEPT = 8000
+
 #: What a robot is told.
 Message = RobotMsg | Contracts | JointPlan | Death
 
@@ -96,7 +99,7 @@ class Agent:
         self._holds: dict[str, str] = {}
         self._obstacles, self._world_trouble = (), ''
         self._turn, self._waiting = threading.RLock(), deque(maxlen=_WAITING)
-        self._driven, self._is_placed = -1, is_placed
+        self._driven, self._is_placed = None, is_placed
         self.itinerary, self._is_at_goal, self.orders = Itinerary(robot_id, scene.errands()), False, 0
         self.postscript = Postscript()
         if not scene.on_map:
@@ -135,7 +138,9 @@ class Agent:
     def solution(self) -> Solution:
         """What this process has driven, and the goals that it was given; there must be a robot."""
         goals = self.itinerary.given(self.robot.goal, self._is_at_goal)
-        return replace(self.robot.sol, goals=goals)
+        driven = self.robot.sol
+        first = driven.plans[0]
+        return replace(driven, goals=goals, reached_before=self.itinerary.reached_by(first.first_knot * first.step))
 
     @property
     def mission_start(self) -> float:
@@ -415,9 +420,11 @@ class Agent:
 
     def _hand_over(self):
         """Let the plan in force be driven, if it is new."""
+        if self.method == 'contracts':
+            self.robot.forget(_KEPT)
         solution = self.robot.sol
-        if len(solution.plans) != self._driven:
-            self._driven = len(solution.plans)
+        if solution.plans[-1] is not self._driven:
+            self._driven = solution.plans[-1]
             self._drive(Entry(solution.plans[-1], solution.commits[-1], self.epoch))
 
     def _go_on(self, now):
@@ -425,7 +432,7 @@ class Agent:
         if not self.robot.is_done:
             return
         if not self._is_at_goal:
-            self.itinerary.arrivals.append(self.robot.goal)
+            self.itinerary.arrivals.append((self.robot.goal, now))
         self._is_at_goal = True
         taken = [(message.goal, message.radius) for message in self.robot.heard().values()]
         goal = self.itinerary.next_goal(now - self.mission_start, taken)
@@ -469,7 +476,7 @@ class Agent:
         except PlanningError as error:
             self.robot, self._problem = None, str(error)
             raise
-        self._problem, self._driven = '', -1
+        self._problem, self._driven = '', None
         self._hand_over()
         if self._holds:
             self.robot.pause(now)

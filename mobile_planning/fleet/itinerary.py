@@ -34,8 +34,8 @@ class Itinerary:
 
     Attributes
     ----------
-    arrivals : list of (3,) ndarray [m, m, rad]
-        Goals at which the robot has arrived.
+    arrivals : list of ((3,) ndarray [m, m, rad], float [s])
+        Goals at which the robot has arrived, and when on its clock.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Itinerary:
     """
 
     def __init__(self, robot_id: int, errands: Errands | None = None):
-        self.arrivals: list[NDArray[np.float64]] = []
+        self.arrivals: list[tuple[NDArray[np.float64], float]] = []
         self._is_of_scene = not isinstance(errands, EndlessErrands)
         self._id, self._errands = robot_id, errands
         self._goals: deque[NDArray[np.float64]] = deque()
@@ -56,6 +56,10 @@ class Itinerary:
     def reached(self) -> int:
         """Number of goals at which the robot has arrived."""
         return len(self.arrivals)
+
+    def reached_by(self, time: float) -> int:
+        """Return at how many goals the robot had arrived at ``time`` [s]."""
+        return sum(when <= time for _, when in self.arrivals)
 
     def given(self, goal: ArrayLike, is_there: bool) -> tuple[NDArray[np.float64], ...]:
         """Return all goals that the robot is held to, if they are others than those of its scene; else nothing.
@@ -70,7 +74,7 @@ class Itinerary:
         if self._is_of_scene:
             return ()
         ahead = () if self._repeats else self._goals
-        return (*self.arrivals, *([] if is_there else [np.array(goal, float)]), *ahead)
+        return (*(goal for goal, _ in self.arrivals), *([] if is_there else [np.array(goal, float)]), *ahead)
 
     @property
     def left(self) -> int:

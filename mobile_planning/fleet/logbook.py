@@ -11,8 +11,8 @@ import numpy as np
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
 
-#: A larger file is no logbook, and is not written on [bytes].
-_LARGEST = 1 << 28
+#: Of a file that has become larger the older half is left out [bytes]: at four plans a second, some twenty minutes.
+_LARGEST = 1 << 24
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,20 @@ class Logbook:
         Raises
         ------
         OSError
-            The file cannot be written, or is full.
+            The file cannot be written.
         """
         line = json.dumps(as_fields(entry))
         with self._path.open('a') as file:
-            if file.tell() > _LARGEST:
-                raise OSError(f'logbook {self._path} has {file.tell()} bytes, it is full')
-            file.write(line + '\n')
+            size = file.tell() + file.write(line + '\n')
+        if size > _LARGEST:
+            self._leave_out_half()
+
+    def _leave_out_half(self):
+        """Keep the newer half: a process that is killed meanwhile leaves the whole file."""
+        lines = self._path.read_text().splitlines(keepends=True)
+        kept = self._path.with_name(self._path.name + '.new')
+        kept.write_text(''.join(lines[len(lines) // 2:]))
+        kept.replace(self._path)
 
     def read(self) -> tuple[Entry, ...]:
         """Return all entries, the oldest first; a last line that was cut off is left out.

@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.known_part import KnownPart
 from mobile_planning.fleet.makespan import lower_bound
 from mobile_planning.fleet.message import Death, Mode, RobotMsg
 from mobile_planning.fleet.postscript import Postscript
+from mobile_planning.fleet.report import Body, Report
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.fleet.verification import Body, Report, verify
 from mobile_planning.fleet.waiting import Waiter, why_they_wait
 from mobile_planning.world.environment import Environment
 
@@ -269,7 +270,8 @@ class Mission:
         unknown = {robot_id for robot_id, message in self.heard.items()
                    if robot_id not in self.solutions and message.plan_seq and self._epochs}
         judged = [body for body in bodies if body.eyed not in unknown]
-        report = verify(self.solutions, judged, environment, self.start_time, self.name)
+        known = KnownPart.of(self.solutions, judged, self.start_time)
+        report = known.report(environment, self.start_time, self.name)
         dead = set(self.deaths) | (unknown & set(self.silent(self._ended or 0.0)))
         violations = [*report.violations, *(f'robot {robot_id} has driven and never said what' for robot_id in
                                             sorted(unknown))]

@@ -25,12 +25,22 @@ class PlanRecord:
     """
 
     def __init__(self, first: Plan):
-        self._plans, self._commits = [first], [np.nan]
+        self._plans, self._commits, self._forgotten = [first], [np.nan], 0
         self.section_times: list[float] = []
         self.late = 0
 
     def __len__(self) -> int:
-        return len(self._plans)
+        """Return how many plans there were, those included that were forgotten."""
+        return self._forgotten + len(self._plans)
+
+    def forget(self, most: int) -> None:
+        """Leave out the oldest quarter and more, once there are more than ``most`` plans."""
+        if len(self._plans) <= most:
+            return
+        left_out = len(self._plans) - 3 * most // 4
+        self._forgotten += left_out
+        del self._plans[:left_out], self._commits[:left_out]
+        del self.section_times[:max(0, len(self.section_times) - most)]
 
     @property
     def newest(self) -> Plan:

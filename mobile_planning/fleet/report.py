@@ -131,6 +131,8 @@ class Report:
         Goals that the robots were given, and that they reached, each after those before it.
     throughput : float or None [1/min]
         Arrivals until the last one; None without any.
+    judged_since : float [s]
+        From when on what was driven is judged, since the start of the mission; plans that are older are not known.
     """
 
     name: str
@@ -152,6 +154,7 @@ class Report:
     goals: int = 0
     arrivals: int = 0
     throughput: float | None = None
+    judged_since: float = 0.0
 
     @property
     def ratio(self) -> float | None:
@@ -197,6 +200,8 @@ class Report:
         if self.goals > self.robots:
             pace = '' if self.throughput is None else f', {self.throughput:.1f} a minute'
             rows.append(('goals', f'{self.arrivals} of {self.goals} reached{pace}'))
+        if self.judged_since > 0.0:
+            rows.append(('judged', f'from {self.judged_since:.2f} s on; what was driven before is not known any more'))
         if self.joint_plans:
             rows.append(('joint plans', f'{self.joint_plans}'))
         rows += [('waiting', f'{each}') for each in self.waiting]

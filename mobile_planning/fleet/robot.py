@@ -259,6 +259,10 @@ class Robot(ABC):
         """The pose (3,) [m, m, rad] that the robot drives to."""
         return self.k_mod.q_final.copy()
 
+    def forget(self, most: int) -> None:
+        """Leave out of ``sol`` the oldest of more than ``most`` plans, as the robot drives for hours."""
+        self._motion.record.forget(most)
+
     def distance_left(self, now: float) -> float:
         """Return how long [m] the way is that leads to the goal from where the robot is at ``now`` [s]."""
         return self._course.guidance.length(self.state(now)[:2])

@@ -29,6 +29,8 @@ class Solution:
         with which the robot was switched on; that, and what is left out at the end, is taken for the first knot.
     goals : tuple of (3,) ndarray [m, m, rad]
         That the robot was given in place of those of its scene, in order; empty for those of the scene.
+    reached_before : int
+        How many of its goals the robot had reached before the first of ``plans``, where older ones were left out.
     sample : float [s]
         Greatest time between samples.
     start_time : float [s] or None
@@ -42,6 +44,7 @@ class Solution:
     section_times: tuple[float, ...] = ()
     commits: tuple[float, ...] = field(default=(), kw_only=True)
     goals: tuple[NDArray[np.float64], ...] = field(default=(), kw_only=True)
+    reached_before: int = field(default=0, kw_only=True)
     sample: float = field(default=0.01, kw_only=True)
     start_time: float | None = field(default=None, kw_only=True)
 

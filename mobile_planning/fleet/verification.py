@@ -53,6 +53,13 @@ def verify(solutions: Mapping[int, Solution], bodies: Sequence[Body], environmen
                   throughput=60.0 * sum(map(len, reached)) / latest if latest > 0.0 else None)
 
 
+def visited(solution: Solution, body: Body, start_time: float, until: float) -> int:
+    """Return how many of its goals a robot had reached ``until`` [s] by what it has driven since ``start_time`` [s]."""
+    step = solution.plans[0].step
+    times = visits(Track(body, list(solution.plans), solution.commits, start_time, step), _ARRIVED, _TURNED)
+    return sum(start_time + time <= until for time in times)
+
+
 def _jumps(track):
     """Say where a plan does not start as its predecessor goes on."""
     plans = np.arange(2 if track.body.is_under_way else 1, len(track.first))

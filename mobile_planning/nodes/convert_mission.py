@@ -59,7 +59,7 @@ def solution_message(solution: Solution, epoch: int, time: float, frame: str) ->
         final_headings=wire.floats([plan.final_heading for plan in plans]),
         reverse=[bool(plan.reverse) for plan in plans],
         section_times=wire.floats(solution.section_times), commits=wire.floats(solution.commits),
-        goals=wire.floats(np.reshape(solution.goals, -1)))
+        goals=wire.floats(np.reshape(solution.goals, -1)), reached_before=int(solution.reached_before))
 
 
 def solution(message: SolutionMessage, frame: str) -> Solution:
@@ -85,7 +85,8 @@ def solution(message: SolutionMessage, frame: str) -> Solution:
     plans = [Plan(wire.knot(knot), message.step, part, *fields) for knot, part, *fields in
              zip(message.first_knots, np.split(points, np.cumsum(sizes)[:-1]), *columns)]
     return Solution(int(message.robot_id), tuple(plans), bool(message.done), tuple(message.section_times),
-                    commits=tuple(message.commits), goals=tuple(np.array(message.goals).reshape(-1, 3)))
+                    commits=tuple(message.commits), goals=tuple(np.array(message.goals).reshape(-1, 3)),
+                    reached_before=int(message.reached_before))
 
 
 def report_message(report: Report, time: float, proofs: int = 0, unchecked: int = 0) -> MissionReport:

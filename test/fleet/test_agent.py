@@ -320,12 +320,21 @@ def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
     assert one.robot.state(45.0)[:2] == pytest.approx((1, 1), abs=0.03)
 
 
-def test_goals_may_be_driven_to_over_and_over():
-    one = agent(1, False)
+def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_out(monkeypatch):
+    monkeypatch.setattr('mobile_planning.fleet.agent._KEPT', 20)
+    driven = []
+    one = Agent(scene(False), 1, 5, 0.0, drive=lambda entry: driven.append(entry.plan))
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     one.set_goals([(1.5, 1, 0), (1, 1, 0)], How.REPEAT, 0.0)
     drive([one], 0.0, 40.0)
     assert one.itinerary.reached > 5 and not one.is_finished
+    # Each was driven once, and what is kept is the newest.
+    kept = one.solution.plans
+    assert 10 <= len(kept) <= 20 < 40 < len(driven) == len({id(plan) for plan in driven})
+    assert all(old is new for old, new in zip(kept, driven[-len(kept):])) and one.step(lambda: 40.0)[0].plan_seq > 40
+    goals, before = one.solution.goals, one.solution.reached_before
+    assert 0 < before < one.itinerary.reached == len(goals) - 1
+    assert all(np.allclose(goal[:2], (1.5, 1) if index % 2 == 0 else (1, 1)) for index, goal in enumerate(goals))
     one.set_goals([(1.5, 1.5, 0)], How.REPLACE, 40.0)
     drive([one], 40.0, 50.0)
     assert one.is_finished

@@ -56,10 +56,12 @@ def test_a_folder_is_no_logbook(tmp_path):
         Logbook(tmp_path).read()
 
 
-def test_a_full_logbook_is_not_written_on(tmp_path, monkeypatch):
-    monkeypatch.setattr('mobile_planning.fleet.logbook._LARGEST', 500)
+def test_of_a_large_logbook_the_older_half_is_left_out_again_and_again(tmp_path, monkeypatch):
+    monkeypatch.setattr('mobile_planning.fleet.logbook._LARGEST', 5000)
     book = Logbook(tmp_path / 'book')
-    with pytest.raises(OSError, match='full'):
-        for _ in range(10):
-            book.write(FIRST)
-    assert book.read()
+    for count in range(200):
+        book.write(Entry(Plan.at_rest(count, 0.1, (0, 0, 0)), np.nan, 7))
+        assert (tmp_path / 'book').stat().st_size < 5500
+    knots = [entry.plan.first_knot for entry in book.read()]
+    assert 10 < len(knots) < 50 and knots == list(range(200 - len(knots), 200))
+    assert [path.name for path in tmp_path.iterdir()] == ['book']
