@@ -144,7 +144,8 @@ def _live(make_node, args, stop):
     """Start, spin and clean up, whatever happens between; return the exit code."""
     import rclpy
     from rclpy.exceptions import NameValidationException
-    from rclpy.executors import SingleThreadedExecutor
+
+    from mobile_planning.nodes.executor import QuickExecutor
 
     executor, nodes = None, []
     try:
@@ -156,7 +157,7 @@ def _live(make_node, args, stop):
         made = make_node()
         nodes = list(made) if isinstance(made, Sequence) else [made]
         require_reach()
-        executor = SingleThreadedExecutor()
+        executor = QuickExecutor()
         for node in nodes:
             executor.add_node(node)
         _spin(executor, lambda: stop.received is not None or not rclpy.ok())
@@ -166,10 +167,10 @@ def _live(make_node, args, stop):
     except SystemExit as end:
         return int(end.code or 0)
     finally:
-        for node in nodes:
-            node.destroy_node()
         if executor is not None:
             executor.shutdown()
+        for node in nodes:
+            node.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -43,6 +44,8 @@ class Worker:
     def __init__(self, node: Node):
         self._node = node
         self._jobs = queue.SimpleQueue()
+        # An executor only looks at a waiting coroutine when something happens.
+        self._bell = node.create_guard_condition(lambda: None, ReentrantCallbackGroup())
         self.stop = np.zeros(1, np.uint8)
         # A daemon, for work that does not look at `stop` must not keep the process.
         self._thread = threading.Thread(target=self._work, name=f'{node.get_name()} worker', daemon=True)
@@ -127,7 +130,7 @@ class Worker:
                 self._answer(future.set_result, future, function(*args))
             except Exception as error:
                 self._answer(future.set_exception, future, error)
-            self._wake()
+            self._ring()
 
     @staticmethod
     def _answer(tell, future, answer):
@@ -135,11 +138,9 @@ class Worker:
         if not future.done():
             tell(answer)
 
-    def _wake(self):
-        """Wake the executor: it only looks at a waiting coroutine when something happens."""
-        executor = self._node.executor
+    def _ring(self):
+        """Wake the executor."""
         try:
-            if executor is not None:
-                executor.wake()
+            self._bell.trigger()
         except rclpy_implementation.InvalidHandle:
-            pass  # it has just been shut down
+            pass  # the node has just been destroyed

@@ -51,23 +51,25 @@ class History:
 
     def solutions(self) -> dict[int, Solution]:
         """Return what each robot has published that it drives, under all its processes."""
-        plans: dict[int, dict[tuple[int, int], tuple[int, Plan, float]]] = {}
+        said: dict[int, dict[tuple[int, int], tuple[int, Plan, float]]] = {}
+        whole: dict[int, dict[tuple[int, int], tuple[int, Plan, float]]] = {}
         done: dict[int, bool] = {}
-        for record in self.records:
-            if record['kind'] not in ('robot', 'plan'):
-                continue
-            # Later messages hold less of the same plan, its beginning is past; what is said at the end is whole.
-            is_whole = record['kind'] == 'plan'
-            key, sequence = (record['epoch'], record['plan']), -1 if is_whole else record['sequence']
-            known = plans.setdefault(record['robot'], {})
-            if key not in known or sequence < known[key][0]:
-                known[key] = sequence, _plan(record), record['commit'] if is_whole else np.nan
-            if not is_whole:
-                done[record['robot']] = record['done']
+        for record in self.of('robot'):
+            # Later messages hold less of the same plan: its beginning is past.
+            key, known = (record['epoch'], record['plan']), said.setdefault(record['robot'], {})
+            if key not in known or record['sequence'] < known[key][0]:
+                known[key] = record['sequence'], _plan(record), np.nan
+            done[record['robot']] = record['done']
+        for record in self.of('plan'):
+            whole.setdefault(record['robot'], {})[record['epoch'], record['plan']] = 0, _plan(record), record['commit']
         solutions = {}
-        for robot, known in plans.items():
+        for robot, known in said.items():
+            # What a process hands in at its end is whole, and has what the processes before it have driven.
+            latest = max((epoch for epoch, _ in whole.get(robot, {})), default=-1)
+            known = {**{key: of for key, of in whole.get(robot, {}).items() if key[0] == latest},
+                     **{key: of for key, of in known.items() if key[0] > latest}}
             _, driven, commits = zip(*(known[key] for key in sorted(known)))
-            solutions[robot] = Solution(robot, driven, done.get(robot, False), start_time=self.start, commits=commits)
+            solutions[robot] = Solution(robot, driven, done[robot], start_time=self.start, commits=commits)
         return solutions
 
     def least_gap(self) -> float:
