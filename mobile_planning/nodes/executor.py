@@ -66,8 +66,7 @@ class QuickExecutor(SingleThreadedExecutor):
         """Wait until something is ready, ``timeout_sec`` [s] at most, and run the callbacks of all that is."""
         if monotonic() >= self._events_due:
             self._events_due = monotonic() + _EVENTS
-            super().spin_once(0.0)
-            self._cb_iter = None
+            self._look_at_events()
         self._look_for_changes()
         if self._is_shutdown:
             return
@@ -89,7 +88,16 @@ class QuickExecutor(SingleThreadedExecutor):
         if self._may_have_changed or self._entities is None:
             self._may_have_changed = False
             self._let_go()
-            self._entities = _Entities(self._context, self.get_nodes(), [self._guard, self._sigint_gc])
+            nodes = self.get_nodes()
+            waitables = [each for node in nodes for each in node.waitables if not isinstance(each, EventHandler)]
+            self._entities = _Entities(self._context, nodes, waitables, [self._guard, self._sigint_gc])
+
+    def _look_at_events(self):
+        handlers = [each for node in self.get_nodes() for each in node.waitables if isinstance(each, EventHandler)]
+        events = _Entities(self._context, [], handlers, [])
+        for handler in events.wait(0, not self._tasks)['waitable']:
+            self._begin(handler, self._take_waitable)
+        events.release()
 
     def _let_go(self):
         if self._entities is not None:
@@ -162,7 +170,7 @@ class _Entities:
         Timers and subscriptions whose callbacks are no coroutines.
     """
 
-    def __init__(self, context, nodes, alarms):
+    def __init__(self, context, nodes, waitables, alarms):
         self._stack = ExitStack()
         self._stack.enter_context(context.handle)
         held = self._held
@@ -172,7 +180,7 @@ class _Entities:
                        'client': held(each for node in nodes for each in node.clients),
                        'guard_condition': held(each for node in nodes for each in node.guards)}
         self._alarms = held(each for each in alarms if each is not None)
-        self._waitables = [each for node in nodes for each in node.waitables if not isinstance(each, EventHandler)]
+        self._waitables = waitables
         for waitable in self._waitables:
             self._stack.enter_context(waitable)
         self._by_pointer = {each.handle.pointer: each for entities in self._kinds.values() for each in entities}

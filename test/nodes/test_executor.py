@@ -3,7 +3,8 @@ import threading
 
 import pytest
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.qos import QoSProfile
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.timer import TimerInfo
 from std_msgs.msg import Empty, Int32
 from std_srvs.srv import Trigger
@@ -111,3 +112,13 @@ def test_what_a_callback_raises_comes_out_of_the_spin(ros, raised):
     ros.node.create_timer(0.001, callback)
     with pytest.raises(raised, match='over'):
         ros.until(lambda: False)
+
+
+def test_events_of_the_middleware_are_told(ros):
+    told = []
+    ros.node.create_subscription(
+        Empty, 'asked', lambda _: None, QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE),
+        event_callbacks=SubscriptionEventCallbacks(incompatible_qos=told.append))
+    ros.node.create_publisher(Empty, 'asked', QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
+    ros.until(lambda: told)
+    assert told[0].last_policy_kind == QoSPolicyKind.RELIABILITY
