@@ -32,7 +32,7 @@ from switch import Switch
 _ROOT = Path(__file__).resolve().parents[2]
 _HOSTS = 3
 #: A mission that has not begun after so long [s] is given up; so are processes that do not stop.
-_GATHERING, _FAREWELL = 60.0, 10.0
+_GATHERING, _FAREWELL = 120.0, 10.0
 _LOOK = 0.05
 
 
@@ -82,7 +82,7 @@ class Run:
             yield f'robot_{robot}', home, ['robot', '--ros-args', '-r', f'__node:=robot_{robot}', '-p',
                                            f'robot_id:={robot}', '-p', f"logbook:='{self._out}/robot_{{id}}.json'",
                                            *chosen]
-        yield 'world_sim', 1, ['world_sim', '--ros-args', *chosen]
+        yield 'world_sim', 1, ['world_sim', '--ros-args', '-p', f'discovery_timeout:={_GATHERING}', *chosen]
 
     def _start(self, name):
         _, host, command = next(each for each in self._commands() if each[0] == name)
