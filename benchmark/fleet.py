@@ -7,12 +7,12 @@ no body and wall, come into touch and no limit is broken. "ratio" is the time of
 arrive. ORCA has no limit on acceleration and may be below 1. "ms" is the computing time of one section, or of one of
 ORCA's steps, of which there are five to a section: median, and the greatest median of a run.
 
-``--planners slsqp osqp`` drives the same instances by the receding horizon, on each of its solvers; a second table then
-tells of their sections. The milliseconds are the processor time of one section, all its rounds and programs together:
-of first and last sections the mean, of all the least, the mean, and the greatest. "MCT/Tc" is the greatest over the
-time between two sections, first without and then with the last ones: below 1 a section is ready in time. "infeasible"
-is the share of programs whose answer breaks a constraint at a sample by more than 2 cm or 2 cm/s, and "refused" how
-many rounds of a section end without a proved one; neither is ever driven.
+``--planners slsqp osqp active_set`` drives the same instances by the receding horizon, on each of its solvers; a second
+table then tells of their sections. The milliseconds are the processor time of one section, all its rounds and programs
+together: of first and last sections the mean, of all the least, the mean, and the greatest. "MCT/Tc" is the greatest
+over the time between two sections, first without and then with the last ones: below 1 a section is ready in time.
+"infeasible" is the share of programs whose answer breaks a constraint at a sample by more than 2 cm or 2 cm/s, and
+"refused" how many rounds of a section end without a proved one; neither is ever driven.
 
 Wants pyrvo; without it ORCA is left out.
 """
@@ -61,7 +61,7 @@ def line(case, planner, rows):
     home = [row for row in rows if row['arrived'] == row['robots']]
     ratio = middle_and_most([row['ratio'] for row in home])
     spent = middle_and_most([row['ms'] for row in rows], '{:.3f}')
-    return (f'{case:<28} {planner:<5} {len(home):>4}/{len(rows):<4} {min(row["separation"] for row in rows):>9.3f} '
+    return (f'{case:<28} {planner:<10} {len(home):>4}/{len(rows):<4} {min(row["separation"] for row in rows):>9.3f} '
             f'{min(row["clearance"] for row in rows):>9.3f} {sum(row["is_free"] for row in home):>4}/{len(rows):<4} '
             f'{ratio:>13} {spent:>16}')
 
@@ -99,7 +99,7 @@ def main():
     installed = {item.metadata['Name'] for item in metadata.distributions()}
     print(f'Python {platform.python_version()},',
           ', '.join(f'{package} {metadata.version(package)}' for package in PACKAGES if package in installed))
-    print(f'{"case":<28} {"by":<5} {"arrive":>9} {"apart [m]":>9} {"wall [m]":>9} {"clean":>9} '
+    print(f'{"case":<28} {"by":<10} {"arrive":>9} {"apart [m]":>9} {"wall [m]":>9} {"clean":>9} '
           f'{"ratio":>13} {"ms":>16}')
     failures, verdicts, sections = [], [], []
     with Pool(options.workers) as pool:

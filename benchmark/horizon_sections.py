@@ -3,12 +3,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from mobile_planning.fleet.horizon_section import Kind
 from mobile_planning.fleet.nonlinear import SOLVERS
-from mobile_planning.fleet.receding_horizon import Kind
 
 #: Solvers, each a planner of its own for the benchmark.
 PLANNERS = SOLVERS
-HEAD = (f'{"case":<28} {"by":<5} {"first":>7} {"last":>7} {"min":>7} {"mean":>7} {"max [ms]":>8} {"MCT/Tc":>13} '
+HEAD = (f'{"case":<28} {"by":<10} {"first":>7} {"last":>7} {"min":>7} {"mean":>7} {"max [ms]":>8} {"MCT/Tc":>13} '
         f'{"programs":>9} {"infeasible":>10} {"refused":>8}')
 
 
@@ -32,6 +32,6 @@ def line(case, solver, rows):
     infeasible = sum(record.infeasible for record in records) / solves
     refused = sum(record.refused for record in records) / max(len(records), 1)
     first, last = (np.mean(of[kind] or np.nan) for kind in (Kind.FIRST, Kind.LAST))
-    return (f'{case:<28} {solver:<5} {first:>7.1f} {last:>7.1f} '
+    return (f'{case:<28} {solver:<10} {first:>7.1f} {last:>7.1f} '
             f'{min(every):>7.1f} {np.mean(every):>7.1f} {max(every):>8.1f} {max(early, default=np.nan) / tc:>6.2f} '
             f'{max(every) / tc:>6.2f} {solves:>9} {100 * infeasible:>8.1f} % {100 * refused:>6.1f} %')

@@ -12,7 +12,6 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan, splice
 from mobile_planning.fleet.company import Company
 from mobile_planning.fleet.contract_options import ContractOptions
@@ -67,9 +66,6 @@ class ContractRobot(Robot):
                  phy_boundary: Boundary | None = None, neigh: Sequence[int] = (), *,
                  grid: OccupancyGrid | None = None, method: str = 'contracts', epoch: int = 1,
                  start_time: float = 0.0, **options: object):
-        if kine_model.u_init.any() or kine_model.u_final.any():
-            raise InvalidInput(f'contracts go from rest to rest: u_init {kine_model.u_init} and u_final '
-                               f'{kine_model.u_final} must be 0')
         self.options = options = ContractOptions(**options)
         super().__init__(eyed, kine_model, neigh, options.rho, options.Tc, options.limits(kine_model))
         self.sensor_range = float(options.sensor_range)

@@ -196,6 +196,17 @@ class Exchange:
         self.in_force, self.candidate = self.candidate, None
         return self.in_force.plan
 
+    def impose(self, plan: Plan) -> tuple[int, ...]:
+        """Put ``plan`` in force, which nobody has granted; return the robots that it is not clear of.
+
+        It is clear of all that a peer may drive, now and later, whose plans it is clear of now: a peer drives only what
+        was granted to it, here too, and what is granted from now on is clear of this plan. All but that of a peer that
+        imposes a plan of its own meanwhile.
+        """
+        self._numbers += 1
+        self.in_force, self.candidate = Proposal(self._numbers, plan), None
+        return tuple(sorted({other for other, theirs in self.allowed() if not self._are_clear(plan, other, theirs)}))
+
     def forbidding(self, now: float, at_rest: bool) -> list[int]:
         """Return the robots that have not granted the candidate and count at ``now`` [s], moving or ``at_rest``."""
         return [] if self.candidate is None else [

@@ -54,7 +54,7 @@ class HorizonOptions:
     ls_min_dist : float [m]
         The last section begins where the goal is nearer than this and what is driven in Tc.
     solver : str
-        ``'slsqp'`` (scipy) or ``'osqp'`` (sequential quadratic programs).
+        ``'slsqp'`` (scipy), or sequential quadratic programs by ``'osqp'`` or ``'active_set'``, which is the quickest.
     acc : float
         The solver stops where the cost changes by less, and no constraint is broken by more.
     fs_maxit, maxit, ls_maxit : int

@@ -12,19 +12,20 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import GoalOccupied, GoalOutside, InvalidInput, PlanningError, StartOccupied, StartOutside
-from mobile_planning.fleet.bspline import Plan, splice
-from mobile_planning.fleet.exchange import Exchange, Peer, gap
+from mobile_planning.errors import InvalidInput, PlanningError
+from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.exchange import Exchange
+from mobile_planning.fleet.ground import Ground
 from mobile_planning.fleet.hold_up import HoldUp, Reason
+from mobile_planning.fleet.horizon_motion import HorizonMotion
 from mobile_planning.fleet.horizon_options import HorizonOptions
 from mobile_planning.fleet.horizon_rounds import ROUNDS, Rounds
+from mobile_planning.fleet.horizon_section import Kind
 from mobile_planning.fleet.intention import Intention, SectionRecord
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
-from mobile_planning.fleet.plan_record import PlanRecord
 from mobile_planning.fleet.proved_sections import ProvedSections
-from mobile_planning.fleet.receding_horizon import Kind, Start
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.solution import Solution
@@ -35,12 +36,8 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 #: A robot at its goal is done within this of its final heading [rad].
 HEADING_TOLERANCE = 0.02
-#: A commit this near to its first knot [s] comes too late.
-_GUARD = 0.005
 #: Cycles start so long [s] after a round begins.
 _PHASE = 2e-3
-#: Rooms are short by rounding by no more than this [m].
-_ROUNDING = 1e-9
 
 
 class HorizonRobot(Robot):
@@ -107,28 +104,25 @@ class HorizonRobot(Robot):
         if not (0 < rho <= 100 and 0 <= margin <= 10 and epoch >= 1 and patience > 0):
             raise InvalidInput(f'rho {rho} m, margin {margin} m, epoch {epoch} or patience {patience} s is out of '
                                'range: 0 < rho <= 100, 0 <= margin <= 10, epoch >= 1, patience > 0')
-        if kine_model.u_init.any() or kine_model.u_final.any():
-            raise InvalidInput(f'missions go from rest to rest: u_init {kine_model.u_init} and u_final '
-                               f'{kine_model.u_final} must be 0')
         v_max, omega_max = kine_model.u_max
         super().__init__(eyed, kine_model, neigh, rho, options.Tc,
                          Limits(v_max, kine_model.acc_max[0], omega_max, rho + margin))
         options.require_reach(self.limits)
         self._step, self._margin, self._patience = options.step, margin, patience
         self.environment = Environment(phy_boundary, obstacles, grid)
-        for name, place, outside, occupied in (('start', kine_model.z_init, StartOutside, StartOccupied),
-                                               ('goal', kine_model.z_final, GoalOutside, GoalOccupied)):
-            self._require_room(name, place, outside, occupied)
+        self._ground = Ground(self.environment, self.limits.radius, self.eyed)
+        self._ground.require_start(kine_model.z_init)
+        self._ground.require_goal(kine_model.z_final)
         self.sections: list[SectionRecord] = []
         first = Plan.at_rest(int(np.floor(start_time / self._step)), self._step, kine_model.q_init)
-        self._record, self._now = PlanRecord(first), float(start_time)
-        self._is_blocked, self._no_room = False, ''
+        self._now, self._no_room = float(start_time), ''
         self._rounds = Rounds(options, self.limits, self.neigh)
         self.protocol = self._rounds.exchange = Exchange(
             self.eyed, int(epoch), first, self._rounds.are_clear, patience,
             options.Tp + 2 * self.Tc + 2 * np.pi / omega_max)
+        self._motion = HorizonMotion(first, self.protocol, options, self.limits)
         self._renew_sections()
-        self._target, self._round, self._is_last, self._has_news, self._joining = None, 0, False, False, []
+        self._round, self._has_news, self._joining = 0, False, []
 
     def _renew_sections(self):
         """Plan from now on to the goal, in the world, and by the options that the robot has."""
@@ -172,7 +166,7 @@ class HorizonRobot(Robot):
         The section in force stands, and the next one leads to the new goal.
         """
         self.k_mod = self._towards(q_final)
-        self._now, self._is_last, self._no_room = now, False, ''
+        self._now, self._motion.is_last, self._no_room = now, False, ''
         self._renew_sections()
         self.protocol.drop()
         self._orders.renew()
@@ -195,8 +189,9 @@ class HorizonRobot(Robot):
         """Go by another static world from ``now`` [s] on.
 
         The section in force stands, and the next one is proved in the new world. Where the section in force leads into
-        what is occupied by now, `world_trouble` says so; it is driven until the next section begins, which leads
-        around or comes to rest, if one can still be proved.
+        what is occupied by now, `world_trouble` says so, and from the next round on the robot brakes as hard as it can:
+        a wall is sure to be hit, a robot is not. ``broken`` names those whose plans this is not clear of. The next
+        section goes on from there.
 
         Parameters
         ----------
@@ -204,10 +199,10 @@ class HorizonRobot(Robot):
         now : float [s]
         """
         self._now, self.environment = now, environment
+        self._ground = Ground(environment, self.limits.radius, self.eyed)
         self._renew_sections()
         self.protocol.drop()
-        self._is_blocked = not self._rounds.sections.is_free(self.plan)
-        self._is_last &= not self._is_blocked
+        self._motion.enter(self._rounds.sections.is_free, now)
         try:
             self.require_goal(self.k_mod.q_final)
             self._no_room = ''
@@ -216,24 +211,14 @@ class HorizonRobot(Robot):
 
     @property
     def world_trouble(self) -> str:
-        blocked = 'the plan in force leads into what is occupied by now' if self._is_blocked else ''
+        blocked = 'the plan in force leads into what is occupied by now' if self._motion.is_blocked else ''
         return '; '.join(filter(None, (blocked, self._no_room)))
 
     def _towards(self, q_final):
         """Return the model that leads to a goal."""
         model = self._model_to(q_final)
-        self._require_room('goal', model.z_final, GoalOutside, GoalOccupied)
+        self._ground.require_goal(model.z_final)
         return model
-
-    def _require_room(self, name, place, outside, occupied):
-        """Raise an error where the body does not fit at ``place`` (2,) [m]."""
-        x_min, y_min, x_max, y_max = self.environment.bounds
-        said, need = f'{name} ({place[0]:.3f}, {place[1]:.3f}) of robot {self.eyed}', self.limits.radius
-        if not (x_min <= place[0] <= x_max and y_min <= place[1] <= y_max):
-            raise outside(f'{said} lies outside the world, x in {x_min:g}..{x_max:g} m, y in {y_min:g}..{y_max:g} m')
-        free = float(self.environment.clearance(place[None])[0])
-        if free < need - _ROUNDING:
-            raise occupied(f'{said} has {free:.3f} m of room, with its margin it needs {need:.3f} m')
 
     # What goes in and out
 
@@ -264,19 +249,23 @@ class HorizonRobot(Robot):
         """Return what the robot intends in the round at ``now`` [s]; nothing changes until it is committed."""
         self._go_on(now)
         first, number = self._rounds.due(now)
+        if self._motion.must_brake:
+            return Intention(first, number, brake=self._motion.braked(now))
         kind = self._kind(first)
         if kind is None or number == ROUNDS - 1:
             return Intention(first, number)
-        return self._rounds.intention(kind, self._start(first), self.state(now)[:2], first, number)
+        start = self._motion.start(first, first * self._step - self._orders.mission_start)
+        return self._rounds.intention(kind, start, self.state(now)[:2], first, number)
 
     def commit(self, intention: Intention, now: float) -> list[RobotMsg]:
         """Propose what is intended, put in force what is granted at ``now`` [s]; return the messages for all peers."""
         self._go_on(now)
         self._round = intention.round
         self._note(intention)
-        self._drop_what_is_late(now)
-        is_open = self._target != intention.first_knot and self._is_in_time(intention.first_knot)
-        if is_open and self._orders.has_mission and not self.is_paused:
+        if intention.brake is not None:
+            self._motion.brake(intention.brake, self._rounds.sections.is_free, now)
+        self._motion.drop_what_is_late(now)
+        if self._motion.is_open(intention.first_knot, now) and self._orders.has_mission and not self.is_paused:
             if intention.new is not None:
                 self.protocol.propose(intention.new)
             elif intention.withdraws:
@@ -293,7 +282,7 @@ class HorizonRobot(Robot):
         """Return what is to be said at ``now`` [s] before the next step: grants, and that a section is driven."""
         self._go_on(now)
         candidate, in_force = self.protocol.candidate, self.protocol.in_force
-        self._drop_what_is_late(now)
+        self._motion.drop_what_is_late(now)
         has_granted = self._settle(now)
         is_news = has_granted or (candidate, in_force) != (self.protocol.candidate, self.protocol.in_force)
         return [self._message(now)] if is_news else []
@@ -314,18 +303,25 @@ class HorizonRobot(Robot):
         return float(np.linalg.norm(self.k_mod.z_final - self.state(now)[:2]))
 
     @property
+    def goal(self) -> NDArray[np.float64]:
+        return self.k_mod.q_final
+
+    @property
     def held_up(self) -> HoldUp | None:
         """Since when a robot that is to drive stands, and who has not granted what it intends; None if it goes on."""
         begins = self._orders.mission_start + self.options.t_init + self.Tc
-        since = max(self._record.newest.end_knot * self._step, begins)
+        since = max(self._motion.record.newest.end_knot * self._step, begins)
         if self.mode is not Mode.DRIVING or self._now <= since:
             return None
         return HoldUp(since, Reason.STALLED, tuple(sorted(self.protocol.forbidding(self._now, True))))
 
     @property
     def plan(self) -> Plan:
-        plans = self._record.last_two
-        return splice(plans, max(self._knot, plans[0].first_knot))
+        return self._motion.plan(self._now)
+
+    @property
+    def broken(self) -> tuple[int, ...]:
+        return self._motion.broken
 
     @property
     def cycle(self) -> float:
@@ -338,37 +334,31 @@ class HorizonRobot(Robot):
 
     @property
     def sol(self) -> Solution:
-        return self._record.solution(self.eyed, self.is_done)
+        return self._motion.record.solution(self.eyed, self.is_done)
 
     @property
     def ctime(self) -> list[float]:
-        return list(self._record.section_times)
+        return list(self._motion.record.section_times)
 
     @property
     def sections_late(self) -> int:
-        return self._record.late
+        return self._motion.record.late
 
     def state(self, now: float) -> NDArray[np.float64]:
-        return self._record.state(now)
+        return self._motion.record.state(now)
 
     # How a section is planned
 
     def _kind(self, first):
         """Return which section begins at the knot ``first``; None for none."""
         since = first * self._step - self._orders.mission_start
-        if (since < self.options.t_init - 1e-9 or since > self.options.t_sup or self._target == first or self.is_done
-                or self._is_last or self.is_paused):
+        if (since < self.options.t_init - 1e-9 or since > self.options.t_sup or self._motion.target == first
+                or self.is_done or self._motion.is_last or self.is_paused):
             return None
-        left = np.linalg.norm(self.k_mod.z_final - self._start(first).motion(self._step)[0])
+        left = np.linalg.norm(self.k_mod.z_final - self._motion.start(first, since).motion(self._step)[0])
         if left < self.options.ls_min_dist + self.Tc * self.limits.v_max:
             return Kind.LAST
-        return Kind.FIRST if len(self._record) == 1 else Kind.INTERMEDIATE
-
-    def _start(self, first):
-        plan = self._record.at(first)
-        knot = max(first, plan.first_knot)
-        return Start(plan.control(knot, 3), self._record.heading(first),
-                     max(0.0, first * self._step - self._orders.mission_start))
+        return Kind.FIRST if len(self._motion.record) == 1 else Kind.INTERMEDIATE
 
     # How it is agreed upon
 
@@ -382,49 +372,31 @@ class HorizonRobot(Robot):
     @property
     def _may_grant(self):
         """Whether the robot has said its own intention of this section, or has none."""
-        return self._round > 0 or self._is_last or self.mode is not Mode.DRIVING
+        return self._round > 0 or self._motion.is_last or self.mode is not Mode.DRIVING
 
     def _settle(self, now):
         """Grant what may be granted, and drive what all have granted; return whether anything was granted."""
         self._has_news = False
         has_granted = self._may_grant and self.protocol.grant()
-        candidate = self.protocol.candidate
-        if candidate is not None and self._is_in_time(candidate.plan.first_knot):
-            plan = self.protocol.take(now, self._is_far)
-            if plan is not None:
-                self._record.add(plan, now)
-                self._is_blocked = False
-                self._target, self._is_last = plan.first_knot, bool(np.isfinite(plan.final_heading))
+        self._motion.settle(now)
         return has_granted
-
-    def _is_far(self, peer: Peer) -> bool:
-        return gap(self.state(self._now)[:2], peer, self._now) > self.options.far(self.limits)
-
-    def _is_in_time(self, first):
-        return self._now <= first * self._step - _GUARD
-
-    def _drop_what_is_late(self, now):
-        candidate = self.protocol.candidate
-        if candidate is not None and not self._is_in_time(candidate.plan.first_knot):
-            self._record.late += 1
-            self.protocol.drop()
 
     def _note(self, intention):
         if intention.found is None:
             return
         if intention.round == 0 or not self.sections:
             self.sections.append(SectionRecord(intention.kind))
-            self._record.section_times.append(0.0)
+            self._motion.record.section_times.append(0.0)
         record = self.sections[-1]
         record.seconds += intention.seconds
-        self._record.section_times[-1] = record.seconds
+        self._motion.record.section_times[-1] = record.seconds
         record.solves += intention.found.solves
         record.infeasible += intention.found.infeasible
         record.refused += intention.new is None
 
     def _note_arrival(self, now):
         """Notice that the robot drives, or that it is at its goal and at rest."""
-        newest = self._record.newest
+        newest = self._motion.record.newest
         rests = now >= newest.end_knot * self._step and self._rounds.sections.is_at_goal(newest.end)
         turn = wrap_angle(self.k_mod.q_final[2] - self.state(now)[2])
         self._orders.note(now, self.is_done or rests and abs(turn) <= HEADING_TOLERANCE)
@@ -433,15 +405,9 @@ class HorizonRobot(Robot):
     def _is_over(self):
         return self._now - self._orders.mission_start > self.options.t_sup
 
-    @property
-    def _knot(self):
-        return int(np.floor(self._now / self._step + 1e-9))
-
     def _message(self, now):
-        candidate, plans = self.protocol.candidate, self._record.last_two
-        if candidate is not None:
-            plans = [*plans, candidate.plan]
-        plan = splice(plans, max(self._knot, plans[0].first_knot))
+        candidate = self.protocol.candidate
+        plan = self._motion.plan(now, *([] if candidate is None else [candidate.plan]))
         path = plan.states(np.arange(plan.first_knot, plan.end_knot + 1) * self._step)
         number = self.protocol.in_force.number if candidate is None else candidate.number
         return RobotMsg(

@@ -14,9 +14,9 @@ from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.exchange import Exchange
 from mobile_planning.fleet.horizon_blocks import Collision, Communication
 from mobile_planning.fleet.horizon_options import HorizonOptions
+from mobile_planning.fleet.horizon_section import Kind, Start
 from mobile_planning.fleet.intention import Intention
 from mobile_planning.fleet.proved_sections import ProvedSections, path_of
-from mobile_planning.fleet.receding_horizon import Kind, Start
 from mobile_planning.fleet.section import Limits
 
 #: Rounds of the exchange in the time of one section: alone, among all, among seniors, and the last word.

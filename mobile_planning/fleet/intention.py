@@ -4,7 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.receding_horizon import Found, Kind
+from mobile_planning.fleet.horizon_section import Found, Kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +26,8 @@ class Intention:
         To plan it.
     found : Found or None
         What became of the programs; None if there was none to solve.
+    brake : Plan or None
+        To drive at once, before what the plan in force leads into.
     """
 
     first_knot: int
@@ -35,6 +37,7 @@ class Intention:
     kind: Kind = Kind.INTERMEDIATE
     seconds: float = 0.0
     found: Found | None = None
+    brake: Plan | None = None
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Nonlinear programs of a section: scipy's SLSQP, and sequential quadratic programs on OSQP, behind one function."""
+"""Nonlinear programs of a section behind one function: scipy's SLSQP, and sequential quadratic programs on any QP."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -11,9 +11,9 @@ from scipy.optimize import minimize
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.qp import QuadraticProgram
 
-SOLVERS = ('slsqp', 'osqp')
+SOLVERS = ('slsqp', 'osqp', 'active_set')
 #: Of the sequential programs: first and least reach of a step, the price of one unit of violation beside the objective,
-#: what keeps each Hessian positive definite, and the limit on OSQP's own iterations.
+#: what keeps each Hessian positive definite, and the limit on the QP's own iterations.
 _REACH, _LEAST_REACH, _PRICE, _DAMPING, _INNER = 0.5, 1e-4, 1e2, 1e-3, 300
 
 
@@ -77,12 +77,15 @@ def solve(program: Program, start: NDArray, solver: str = 'slsqp', accuracy: flo
     ...     return np.array([away @ away - 1.0]), 2 * away[None]
     >>> nearest = Program(np.eye(2), np.array([-2.0, 0.0]), outside, np.full(2, -9.0), np.full(2, 9.0))
     >>> [solve(nearest, np.array([3.0, 0.0]), solver, 1e-6, 50).x.round(3).tolist() for solver in SOLVERS]
-    [[2.481, -0.096], [2.481, -0.096]]
+    [[2.481, -0.096], [2.481, -0.096], [2.481, -0.096]]
     """
     if solver not in SOLVERS:
         raise InvalidInput(f'solver {solver!r} is not one of {", ".join(SOLVERS)}')
     start = np.clip(start, program.low, program.high)
-    x, iterations = (_slsqp if solver == 'slsqp' else _sequential)(program, start, accuracy, limit)
+    if solver == 'slsqp':
+        x, iterations = _slsqp(program, start, accuracy, limit)
+    else:
+        x, iterations = _sequential(program, start, solver, accuracy, limit)
     return Answer(x, violation(program, x), iterations)
 
 
@@ -109,7 +112,7 @@ def _slsqp(program, start, accuracy, limit):
     return result.x, int(result.nit)
 
 
-def _sequential(program, start, accuracy, limit):
+def _sequential(program, start, solver, accuracy, limit):
     """Linearise the constraints, allow a step so far, keep it if cost and violation together become less.
 
     One variable more, the greatest violation, keeps every program solvable.
@@ -118,7 +121,7 @@ def _sequential(program, start, accuracy, limit):
     hessian = np.zeros((size + 1, size + 1))
     hessian[:size, :size] = program.hessian + _DAMPING * np.eye(size)
     hessian[size, size] = 1.0
-    inner, price = QuadraticProgram((hessian + hessian.T) / 2, 'osqp', limit=_INNER), _PRICE * scale
+    inner, price = QuadraticProgram((hessian + hessian.T) / 2, solver, limit=_INNER), _PRICE * scale
     x, reach = start, _REACH
     cost, slope = program.objective(x)
     values, jacobian = program.constraints(x)

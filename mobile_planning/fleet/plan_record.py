@@ -47,10 +47,10 @@ class PlanRecord:
         """The plan that was committed last."""
         return self._plans[-1]
 
-    @property
-    def last_two(self) -> list[Plan]:
-        """The newest plan and the one before, which may still be driven; the newest alone if it is the first."""
-        return self._plans[-2:]
+    def since(self, knot: int) -> list[Plan]:
+        """Return the plan that drives at ``knot``, or the first, and all that come after it."""
+        begun = sum(1 for plan in self._plans if plan.first_knot <= knot)
+        return self._plans[max(begun - 1, 0):]
 
     def add(self, plan: Plan, now: float) -> None:
         """Note that ``plan`` was committed at ``now`` [s]."""

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.horizon_blocks import Block, Path
 from mobile_planning.fleet.horizon_options import HorizonOptions
+from mobile_planning.fleet.horizon_section import Found, Kind, Start
 from mobile_planning.fleet.kinematics import UnicycleKineModel
-from mobile_planning.fleet.receding_horizon import Found, Kind, SectionPlanner, Start, seen_region
+from mobile_planning.fleet.receding_horizon import SectionPlanner, seen_region
 from mobile_planning.fleet.report import Body
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.solution import Solution

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from mobile_planning.fleet import clamped_spline, nonlinear
 from mobile_planning.fleet.horizon_blocks import (Acceleration, Block, Communication, Obstacles, Samples, Speed,
                                                   TurnRate)
 from mobile_planning.fleet.horizon_options import LATER, MAX_SPANS, HorizonOptions
+from mobile_planning.fleet.horizon_section import Found, Kind, Start
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.section_shape import SectionShape
 from mobile_planning.geometry import wrap_angle
@@ -44,14 +44,6 @@ _SOLVES = 5
 _LONGEST = np.array([1.3, 2.0, 4.0])
 
 
-class Kind(Enum):
-    """Which section of a mission."""
-
-    FIRST = 'first'
-    INTERMEDIATE = 'intermediate'
-    LAST = 'last'
-
-
 @dataclass(frozen=True)
 class Refinement:
     """How finely a section is sampled, and what it keeps in hand for what lies between its samples.
@@ -72,52 +64,6 @@ class Refinement:
 
 
 _REFINEMENTS = (Refinement(1, 0.99, 0.004), Refinement(2, 0.97, 0.012), Refinement(4, 0.94, 0.025))
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """What a section goes on from.
-
-    Attributes
-    ----------
-    points : (3, 2) ndarray [m]
-        Control points of the plan in force at the first knot.
-    heading : float [rad]
-    elapsed : float [s]
-        Since the start of the mission.
-    """
-
-    points: NDArray[np.float64]
-    heading: float
-    elapsed: float
-
-    @property
-    def is_at_rest(self) -> bool:
-        """Whether the robot stands."""
-        return not np.ptp(self.points, axis=0).any()
-
-    def motion(self, step: float) -> NDArray[np.float64]:
-        """Return position, velocity and acceleration (3, 2) [m, m/s, m/s^2]."""
-        before, at, after = self.points
-        return np.array([(before + 4 * at + after) / 6, (after - before) / (2 * step),
-                         (before - 2 * at + after) / step**2])
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """The outcome of planning one section.
-
-    Attributes
-    ----------
-    points : (n, 2) ndarray [m] or None
-        Uniform control points from the first knot on; None: nothing that is proved.
-    solves, infeasible : int
-        Programs solved, and those whose answer broke a constraint.
-    """
-
-    points: NDArray[np.float64] | None
-    solves: int = 0
-    infeasible: int = 0
 
 
 def goal_point(place: NDArray, goal: NDArray, horizon: float, farthest: float) -> NDArray[np.float64]:

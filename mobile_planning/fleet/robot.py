@@ -84,6 +84,10 @@ class Robot(ABC):
 
     def __init__(self, eyed: int, kine_model: UnicycleKineModel, neigh: Sequence[int], rho: float, Tc: float,
                  limits: Limits):
+        if kine_model.u_init.any() or kine_model.u_final.any():
+            raise InvalidInput(f'robot {eyed} goes from rest to rest: u_init {kine_model.u_init} and u_final '
+                               f'{kine_model.u_final} must be 0. Who drives before it has heard the others could meet '
+                               'them, and where a plan ends nobody knows who comes by')
         self.eyed, self.k_mod, self.neigh, self.rho = int(eyed), kine_model, tuple(neigh), float(rho)
         self.Tc, self.limits, self._orders = float(Tc), limits, Orders()
 
@@ -283,9 +287,9 @@ class Robot(ABC):
         """Why the robot does not drive on in the world as it is; empty for nothing."""
 
     @property
+    @abstractmethod
     def broken(self) -> tuple[int, ...]:
-        """The robots with whom contracts do not hold any more, since the world has changed."""
-        return ()
+        """The robots with whom what was agreed does not hold any more, since the world has changed."""
 
     @property
     @abstractmethod

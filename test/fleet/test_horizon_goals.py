@@ -3,10 +3,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from missions import ROOM, mission, robot
+from missions import ROOM, exchange, mission, robot
 
 from mobile_planning import InvalidInput, RoundObstacle
 from mobile_planning.errors import GoalOccupied, GoalOutside
+from mobile_planning.fleet import plan_pairs
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.errands import GoalQueues
@@ -124,6 +125,50 @@ def test_what_comes_to_stand_on_its_section_is_said():
     assert one.world_trouble == 'the plan in force leads into what is occupied by now'
     one.enter(Environment(ROOM), 2.0)
     assert one.world_trouble == ''
+
+
+@pytest.mark.parametrize('when, ahead', [(2.6, 0.8), (3.1, 1.1)])
+def test_who_is_to_run_into_something_brakes_before_it_and_then_drives_around_it(when, ahead):
+    one = alone(goal=(8, 3, 0.0))
+    drive(one, 0.0, when)
+    here = one.state(when)[:2]
+    obstacle = RoundObstacle(here + (ahead + 0.1, 0.02), 0.1)
+    one.enter(Environment(ROOM, [obstacle]), when)
+    is_said, slowest = one.world_trouble != '', 1.0
+    for now in np.arange(when, 20.0, CYCLE):
+        one.step(now + 0.002)
+        states = np.array([one.state(time) for time in np.linspace(now, now + CYCLE, 12)])
+        assert min(obstacle.pt_2_obst(state[:2], one.rho) for state in states) >= 0.0
+        slowest = min(slowest, states[0, 3])
+    assert is_said and slowest < 0.5 and one.is_done and one.world_trouble == '' and one.broken == ()
+
+
+def test_who_comes_too_late_brakes_as_hard_as_it_can_and_says_so():
+    one = alone(goal=(8, 3, 0.0))
+    drive(one, 0.0, 3.0)
+    obstacle = RoundObstacle(one.state(3.0)[:2] + (0.35, 0.0), 0.1)
+    one.enter(Environment(ROOM, [obstacle]), 3.0)
+    (message,) = one.step(3.002)
+    plan = one.sol.plans[-1]
+    assert plan.first_knot * plan.step < 3.0 + HORIZON['Tc'] and message.plan_seq == one.protocol.in_force.number
+    assert np.linalg.norm(plan.end - one.state(plan.first_knot * plan.step)[:2]) < 0.4
+    assert one.world_trouble == 'the plan in force leads into what is occupied by now'
+    assert [fault for fault in faults(one, [(8, 3, 0.0)]) if 'arrive' not in fault] == []
+
+
+def test_who_brakes_names_those_that_its_brake_is_not_clear_of_and_they_hear_of_it():
+    ahead, behind = robot(1, (3, 3, 0.0), (9, 3, 0.0), **HORIZON), robot(2, (2, 3, 0.0), (8, 3, 0.0), **HORIZON)
+    for one in (ahead, behind):
+        one.start([1, 2], 0.0)
+    for now, one, _ in exchange([ahead, behind], 3.0, since=0.002, step=CYCLE):
+        pass
+    ahead.enter(Environment(ROOM, [RoundObstacle(ahead.plan.end + (0.0, 0.05), 0.2)]), 3.0)
+    (message,) = ahead.step(3.01)
+    behind.receive(message, 3.02)
+    (theirs,) = behind.protocol.peers[1].plans.values()
+    assert np.array_equal(theirs.end, ahead.plan.end)
+    is_clear = plan_pairs.stay_apart(ahead.plan, behind.plan, 24, 2 * ahead.limits.radius)
+    assert ahead.broken == (() if is_clear else (2,))
 
 
 def test_a_goal_that_is_covered_is_said_until_it_is_free_again():

@@ -11,7 +11,8 @@ from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.horizon_blocks import (
     Acceleration, Collision, Communication, Obstacles, Speed, TurnRate)
 from mobile_planning.fleet.horizon_options import HorizonOptions
-from mobile_planning.fleet.receding_horizon import Kind, SectionPlanner, Start, goal_point
+from mobile_planning.fleet.horizon_section import Kind, Start
+from mobile_planning.fleet.receding_horizon import SectionPlanner, goal_point
 from mobile_planning.fleet.section import Limits
 from mobile_planning.fleet.section_shape import SectionShape
 from mobile_planning.world.convex_pieces import ConvexPieces
@@ -121,7 +122,7 @@ def test_inputs_and_their_derivatives_are_those_of_a_random_spline(seed):
 
 @given(SEEDS)
 @settings(max_examples=20)
-def test_both_solvers_find_the_same_nearest_point_outside_a_circle(seed):
+def test_all_solvers_find_the_same_nearest_point_outside_a_circle(seed):
     rng = np.random.default_rng(seed)
     centre, wanted = rng.normal(size=2), rng.normal(size=2)
     wanted = wanted if np.linalg.norm(wanted - centre) > 0.3 else centre + (0.3, 0.4)
