@@ -212,8 +212,9 @@ class OwnerSide(Side):
 
     @property
     def is_tethered(self) -> bool:
-        """Whether the two are bound to stay in range of each other."""
-        return any(held.contract.tether is not None for held in self.contracts)
+        """Whether the two are bound to stay in range of each other, as far as the owner knows."""
+        return any(held.contract.tether is not None for held in self.contracts
+                   if held.contract.id == self.acknowledged)
 
     def status(self) -> Link:
         """Return the grant."""
@@ -329,15 +330,21 @@ class PeerSide(Side):
         return replace(self, pending=offer, promised=number - 1).reconsidering(fits)
 
     def reconsidering(self, fits: Fits) -> PeerSide:
-        """Take the pending offer if the own plan satisfies it by now; never one that the owner may have given up."""
+        """Take the pending offer if the own plan satisfies it by now.
+
+        Never one that the owner may have given up, nor one without a tether while one with it is in force.
+        """
         if self.pending is None:
             return self
         number = self.pending.contract.id
         if self._is_doubted(self.pending.since):
             return replace(self, pending=None, promised=number)
-        if not fits(self.pending.contract):
+        if self._gives_up_range(self.pending.contract) or not fits(self.pending.contract):
             return self
         return replace(self, mode=LinkMode.CON, contract=self.pending, pending=None, promised=number)
+
+    def _gives_up_range(self, contract):
+        return self.contract is not None and self.contract.contract.tether is not None and contract.tether is None
 
     def hearing(self) -> PeerSide:
         """The owner has spoken."""

@@ -67,8 +67,8 @@ class Protocol:
     born : float [s]
         When the process started, by its own clock: older certificates of death say nothing.
     ranges : mapping of int to float [m]
-        Neighbours, and how far away they may be. Of a pair the owner's counts: what it offers has a tether from the
-        first time on that both plans are in range, until the link has no contract any more.
+        Neighbours, and how far away they may be. Of a pair the owner's counts: what it offers has a tether where both
+        plans are in range, and from the first one on that is taken, until the link has no contract any more.
 
     Attributes
     ----------

@@ -32,6 +32,8 @@ class Stub(NamedTuple):
 
     id: int
     epoch: int
+    #: A contract that keeps no range.
+    tether = None
 
 
 class Status(NamedTuple):

@@ -14,7 +14,7 @@ from mobile_planning.fleet.contracts import ROUNDING, Contract, build
 from mobile_planning.fleet.faults import Faults, Kill
 from mobile_planning.fleet.fences import of_contracts
 from mobile_planning.fleet.invariant import Invariant
-from mobile_planning.fleet.message import Link, LinkMode
+from mobile_planning.fleet.message import Contracts, Link, LinkMode, Offer
 from mobile_planning.fleet.plan_distances import contract_room, curves, farthest_of_plans
 from mobile_planning.fleet.protocol import Protocol
 from mobile_planning.fleet.scene import RobotSpec, Scene
@@ -149,6 +149,19 @@ def test_an_owner_offers_a_tether_once_in_range_and_from_then_on_nothing_without
     assert offered(30, 2) == []                         # out of range, so that nothing is on offer
     geometry.is_far = False
     assert offered(40, 2) == [(3, True)]
+
+
+def test_a_peer_in_range_takes_no_offer_without_a_tether_but_from_a_new_life_of_the_owner():
+    peer = Protocol(2, 1, Placed(rest((2, 0))))
+    peer.join([1, 2])
+    makes = {number: build(number, rest((0, 0)), rest((2, 0)), 0, 0.2, 0.2, reach)
+             for number, reach in ((1, np.inf), (2, 3.0), (3, np.inf), (4, 3.0))}
+
+    def holds(number, epoch=1):
+        peer.hear(Contracts(1, epoch, number, (Offer(2, 1, 1, makes[number]),)), 0.1 * number)
+        return peer.links(0.0)[1].contract
+    assert [holds(number) for number in (1, 2, 3, 4, 3)] == [1, 2, 2, 4, 4]
+    assert holds(3, epoch=2) == 3
 
 
 # Missions
