@@ -39,7 +39,7 @@ CASES = ('heritage', 'swap:robots=2', 'swap:robots=4', 'swap:robots=8', 'swap:ro
          'corridor:robots=4,width=0.65', 'corridor:robots=6,width=0.65', 'corridor:robots=8,width=0.65',
          'corridor:robots=8', 'intersection:robots=8', 'intersection:robots=16', 'maze:robots=8', 'rooms:robots=6',
          'rooms:robots=8', 'pockets:robots=4', 'pockets:robots=6', 'warehouse:robots=12', 'warehouse:robots=24',
-         'depot:robots=8', 'depot:robots=24', 'depot:robots=8,endless=40')
+         'depot:robots=8', 'depot:robots=24', 'depot:robots=8,endless=40', 'hall:robots=10')
 #: By kind: the share of messages lost, the greatest delay [s], what is drawn by `draw_faults`, the clocks' error [s].
 KINDS = {'none': (0.0, 0.0, None, 0.0), 'loss': (0.3, 0.0, None, 0.0), 'delay': (0.0, 0.3, None, 0.0),
          'death': (0.0, 0.05, 'death', 0.0), 'storm': (0.1, 0.1, 'storm', 0.004), 'cuts': (0.0, 0.05, 'net', 0.0),

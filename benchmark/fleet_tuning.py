@@ -6,7 +6,6 @@ default in each row: when an offer is said again, from which room on a contract 
 starts. In lock-step all cycles start together and a section takes no time.
 """
 import argparse
-import sys
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from multiprocessing import Pool
@@ -21,7 +20,7 @@ CASES = ('swap:robots=8', 'intersection:robots=8', 'warehouse:robots=12')
 
 @dataclass(frozen=True)
 class Setting:
-    """Constants of modules that differ from the default, and how cycles run."""
+    """What is replaced, ``(module or class, name, value)`` each, and how cycles run."""
 
     name: str
     values: tuple = ()
@@ -43,7 +42,7 @@ SETTINGS = (
 
 @contextmanager
 def applied(setting):
-    """Give the modules the setting's values for a while."""
+    """Put the setting's values in place for a while."""
     before = [(module, name, getattr(module, name)) for module, name, _ in setting.values]
     try:
         for module, name, value in setting.values:
@@ -54,10 +53,9 @@ def applied(setting):
             setattr(module, name, value)
 
 
-def drive(task):
-    """Return the ratio of one run, None if not all arrive."""
-    index, case, seed, loss = task
-    scene, setting = scene_of(case, seed), SETTINGS[index]
+def drive(setting, case, seed, loss):
+    """Return the ratio of one run with a setting, None if not all arrive."""
+    scene = scene_of(case, seed)
     with applied(setting):
         report = scene.world_sim().run(seed, loss, timeout=scene.timeout, faults=setting.faults, check=False)
     if report.arrived < len(scene.robots):
@@ -65,12 +63,18 @@ def drive(task):
     return report.mission_time / lower_bound(scene.bodies(), scene.environment())
 
 
-def main():
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('cases', nargs='*', default=CASES)
-    parser.add_argument('--seeds', type=int, nargs=2, default=(10, 14), metavar=('FIRST', 'END'))
-    parser.add_argument('--loss', type=float, nargs='+', default=(0.0, 0.3))
+def run(task):
+    """Return the ratio of one run; ``task`` has the index of its setting first."""
+    index, *rest = task
+    return drive(SETTINGS[index], *rest)
+
+
+def print_tables(run, settings, cases, summary, first=10, losses=(0.0, 0.3)):
+    """Print a table for each loss of what ``run`` returns, as the command line wishes."""
+    parser = argparse.ArgumentParser(description=summary)
+    parser.add_argument('cases', nargs='*', default=cases)
+    parser.add_argument('--seeds', type=int, nargs=2, default=(first, first + 4), metavar=('FIRST', 'END'))
+    parser.add_argument('--loss', type=float, nargs='+', default=losses)
     parser.add_argument('--workers', type=int, default=2)
     options = parser.parse_args()
     for case in options.cases:
@@ -78,16 +82,16 @@ def main():
     seeds = range(*options.seeds)
     with Pool(options.workers) as pool:
         for loss in options.loss:
-            print(f'loss {loss:g}\n{"setting":<30}', *(f'{case:>24}' for case in options.cases))
-            for index, setting in enumerate(SETTINGS):
+            print(f'loss {loss:g}\n{"setting":<36}', *(f'{case:>28}' for case in options.cases))
+            for index, setting in enumerate(settings):
                 cells = []
                 for case in options.cases:
-                    ratios = pool.map(drive, [(index, case, seed, loss) for seed in seeds], chunksize=1)
+                    ratios = pool.map(run, [(index, case, seed, loss) for seed in seeds], chunksize=1)
                     home = [ratio for ratio in ratios if ratio is not None]
                     lacking = '' if len(home) == len(ratios) else f' {len(home)}/{len(ratios)}'
                     cells.append(middle_and_most(home) + lacking)
-                print(f'{setting.name:<30}', *(f'{cell:>24}' for cell in cells), flush=True)
+                print(f'{setting.name:<36}', *(f'{cell:>28}' for cell in cells), flush=True)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    print_tables(run, SETTINGS, CASES, __doc__.splitlines()[0])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.free_places import FreePlaces
@@ -179,6 +180,22 @@ def depot(name: str, rng: np.random.Generator, robots: int) -> Scene:
     """Return random missions on the map of the depot."""
     path = _shipped('maps', 'depot.yaml')
     return random_missions(name, rng, robots, grid=load_map(path), map_path=path)
+
+
+def hall(name: str, rng: np.random.Generator, robots: int) -> Scene:
+    """Return robots on a circle anywhere on the map of the depot, each of which drives to the place opposite."""
+    path = _shipped('maps', 'depot.yaml')
+    grid = load_map(path)
+    free = cKDTree(FreePlaces(rng, Environment(grid=grid), RADIUS, 0.2).points)
+    angles, radius = 2 * np.pi * np.arange(robots) / robots, max(2.5, robots / 4)
+    circle = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    while True:
+        middle = rng.uniform(free.mins, free.maxes)
+        # What else is in the circle they go round.
+        _, starts = free.query(middle + circle + rng.uniform(-0.1, 0.1, circle.shape), distance_upper_bound=0.1)
+        _, goals = free.query(middle - circle, distance_upper_bound=0.1)
+        if max(starts.max(), goals.max()) < free.n:
+            return _scene(name, Environment(grid=grid), free.data[starts], free.data[goals], map_path=path)
 
 
 def random_missions(name: str, rng: np.random.Generator, robots: int, *, boundary=None, obstacles=(), grid=None,

@@ -83,6 +83,7 @@ class Roadmap:
         self.places, self.spread = self._lattice.places.reshape(-1, 2)[nodes], len(nodes)
         self.edges, self.rooms = self._edges(self._pairs(REACH), MARGIN)
         self._lay_ways(Neighbourhoods(self._lattice, nodes))
+        self._join_bends()
         self._lanes = self._lanes_of(narrow)
         self._conflicts: dict[float, tuple] = {}
 
@@ -218,7 +219,7 @@ class Roadmap:
         """Lay edges, with places where they bend, between neighbours that are a long way round from each other."""
         pairs, graph = around.pairs, self._graph(self.edges)
         lengths = np.linalg.norm(self.places[pairs[:, 0]] - self.places[pairs[:, 1]], axis=1)
-        asked = np.flatnonzero(np.asarray(graph[pairs[:, 0], pairs[:, 1]]).ravel() == 0)
+        asked = np.flatnonzero(~self._are_joined(pairs))
         first, row = np.unique(pairs[asked, 0], return_inverse=True)
         if len(asked):
             found = dijkstra(graph, directed=False, indices=first, limit=2 * _ROUND * LONG_REACH)
@@ -247,6 +248,13 @@ class Roadmap:
             self.edges = np.concatenate([self.edges, [sorted((here, there))]])
             self.rooms, here = np.append(self.rooms, rooms[index]), there
 
+    def _join_bends(self):
+        """Lay edges between the places where ways bend and all that is near and in sight."""
+        pairs = self._pairs(REACH)
+        pairs = pairs[(pairs >= self.spread).any(axis=1)]
+        edges, rooms = self._edges(pairs[~self._are_joined(pairs)], MARGIN)
+        self.edges, self.rooms = np.concatenate([self.edges, edges]), np.append(self.rooms, rooms)
+
     def _pairs(self, reach):
         """Return the pairs (k, 2) of places within ``reach``, in order."""
         if len(self.places) < 2:
@@ -258,6 +266,11 @@ class Roadmap:
         rooms, _ = self.room_along(*self.places[pairs.T])
         has_room = rooms >= self.radius + margin
         return pairs[has_room], rooms[has_room]
+
+    def _are_joined(self, pairs):
+        """Return which pairs (k, 2), the lower first, have an edge."""
+        first = len(self.places)
+        return np.isin(pairs @ (first, 1), self.edges @ (first, 1))
 
     def _graph(self, edges):
         count = len(self.places)

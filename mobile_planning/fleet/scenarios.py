@@ -15,6 +15,7 @@ rooms        3 x 3 rooms whose doors make always the same tree
 pockets      two rooms joined by a lane with three dead ends, behind a trap at each mouth
 warehouse    trips between two columns of four shelves; ``aisle`` between them [m]
 depot        trips on the depot's map
+hall         on a circle anywhere on the depot's map, everybody to the opposite place
 ============ ==========================================================================================
 
 Robots have a radius of 0.2 m, drive at most 1 m/s with 2 m/s^2, turn at most 5 rad/s, and look along the line to
@@ -140,6 +141,7 @@ _FAMILIES = {
     'pockets': _Family(worlds.pockets, {'robots': _Parameter(4, 1, 8)}),
     'warehouse': _Family(worlds.warehouse, {'robots': _Parameter(6, 1, 32), 'aisle': _Parameter(1.3, 0.8, 3.0)}),
     'depot': _Family(worlds.depot, {'robots': _Parameter(6, 1, MAX_ROBOTS)}),
+    'hall': _Family(worlds.hall, {'robots': _Parameter(10, 1, 16)}),
 }
 
 

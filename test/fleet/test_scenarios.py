@@ -20,7 +20,7 @@ CASES = [(name, {}) for name in scenarios.families()] + [
     ('line_swap', {'robots': 16}), ('forest', {'robots': 16}), ('doorway', {'robots': 8, 'gap': 0.6}),
     ('corridor', {'robots': 4}), ('corridor', {'robots': 8, 'width': 0.65}), ('intersection', {'robots': 16}),
     ('maze', {'robots': 10}), ('rooms', {'robots': 8}), ('pockets', {'robots': 8}),
-    ('warehouse', {'robots': 24, 'aisle': 1.0}), ('depot', {'robots': 24})]
+    ('warehouse', {'robots': 24, 'aisle': 1.0}), ('depot', {'robots': 24}), ('hall', {'robots': 16})]
 
 
 def places(scene):
