@@ -162,7 +162,8 @@ class Coordination:
         self._goal = goal
         self._follow(now, position, plan_end)
         self.held_up = self._waits(now, plan_end, is_done, stalled)
-        request = self._proposer.request(now, plan_end, goal, is_done, stalled, standing, self._follower)
+        request = self._proposer.request(now, position, plan_end, goal, is_done, stalled, standing,
+                                         self._follower)
         self._request = request or self._request
         said = self._said_again(now)
         self.status = self._status(0.0 if is_done or self._follower is not None else stalled)

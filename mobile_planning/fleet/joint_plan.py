@@ -7,7 +7,7 @@ meet, however long they take.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from mobile_planning.fleet import pebbles
+from mobile_planning.fleet.move_order import finish_times, order_moves
 from mobile_planning.fleet.pebble_refinement import best_steps
 from mobile_planning.fleet.pebbles import Instance, Steps
 from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
@@ -23,8 +24,6 @@ from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
 GAP, WIDE = 0.035, 0.1
 #: Configurations, one a search, for a plan that passes everybody at speed.
 _WIDE_LIMITS = (300, 300)
-#: Moves are no longer than this [m].
-_PIECE = 0.3
 #: A start this near to the goal is the goal [m].
 _HOME = 0.01
 #: What leaves a tight place may come nearer by this [m]: rounding.
@@ -43,12 +42,15 @@ class Member:
     radius : float [m]
     urgency : float
         Whoever has more goes first.
+    lead : float [m]
+        What it has to drive before it is at its start.
     """
 
     start: ArrayLike
     goal: ArrayLike
     radius: float
     urgency: float = 0.0
+    lead: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,22 +90,26 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
     horizon : int, optional
         Steps after which the ways end; by default they are whole.
     """
-    urgency = [member.urgency for member in members]
+    urgency, radii, leads = ([getattr(member, name) for member in members] for name in ('urgency', 'radius', 'lead'))
     roadmap = roadmap.beside(standing, GAP)
-    instance, places = make_instance(roadmap, members, standing)
-    wide, _ = make_instance(roadmap, members, standing, WIDE)
-    steps = best_steps(wide, urgency, rng, _WIDE_LIMITS)
+    instance, places = make_instance(roadmap, members, standing, WIDE)
+
+    def times(steps):
+        return finish_times(instance, places, steps, radii, GAP, leads)
+
+    steps = best_steps(instance, urgency, rng, _WIDE_LIMITS, times)
     if not steps.is_solved:
-        steps = best_steps(instance, urgency, rng)
+        instance = with_gap(instance, places, roadmap, members, GAP)
+        steps = best_steps(instance, urgency, rng, times=times)
     if not steps.is_solved:
         # Those who touch each other may have no place to part to: there are more around each of them.
         bodies = [(member.start, member.radius) for member in members]
         instance, places = make_instance(roadmap.beside(bodies, GAP), members, standing)
-        steps = best_steps(instance, urgency, rng)
+        steps = best_steps(instance, urgency, rng, times=times)
     is_whole = steps.is_solved and (horizon is None or horizon >= len(steps.edges))
     if horizon is not None:
         steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)
-    ways, needs = order_moves(instance, places, steps, [member.radius for member in members])
+    ways, needs = order_moves(instance, places, steps, radii, GAP)
     return JointWays(ways, needs, is_whole, steps.configurations)
 
 
@@ -130,22 +136,33 @@ def make_instance(roadmap: Roadmap, members: Sequence[Member],
     usable[owners, np.arange(len(roadmap.edges), len(edges))] = room
     _avoid(usable, places, edges, starts, radii, base, standing)
 
-    needs = radii[:, None] + radii + gap
-    sums, kinds = np.unique(needs.round(6), return_inverse=True)
-    kinds = kinds.reshape(count, count).astype(np.int64)
-    tables = [_conflicts(roadmap, float(distance), gap, places, edges, own, base) for distance in sums]
-    close, swept = (np.array([table[i] for table in tables]) for i in range(2))
     lengths = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
     at, home = base + np.arange(count), base + count + np.arange(count)
     home = np.where(np.linalg.norm(starts - goals, axis=1) < _HOME, at, home)
     to_go = np.empty((count, len(places)))
     for i in range(count):
-        graph = csr_matrix((lengths[usable[i]], edges[usable[i]].T), shape=(len(places),) * 2)
+        graph = csr_matrix((pebbles.move_costs(lengths[usable[i]]), edges[usable[i]].T), shape=(len(places),) * 2)
         to_go[i] = dijkstra(graph, directed=False, indices=home[i])
         if not np.isfinite(to_go[i, at[i]]):
             home[i] = at[i]
             to_go[i] = dijkstra(graph, directed=False, indices=home[i])
-    return Instance(edges, lengths, at, home, usable, to_go, kinds, close, swept), places
+    instance = Instance(edges, lengths, at, home, usable, to_go, np.empty((0, 0), np.int64),
+                        *np.empty((2, 0, 0, 0), bool))
+    return with_gap(instance, places, roadmap, members, gap), places
+
+
+def with_gap(instance: Instance, places: NDArray[np.float64], roadmap: Roadmap, members: Sequence[Member], gap: float
+             ) -> Instance:
+    """Return the instance where others are left more or less than before, ``gap`` [m], beside the radii."""
+    radii = np.array([member.radius for member in members], float)
+    base, count = len(roadmap.places), len(members)
+    needs = radii[:, None] + radii + gap
+    sums, kinds = np.unique(needs.round(6), return_inverse=True)
+    kinds = kinds.reshape(count, count).astype(np.int64)
+    tables = [_conflicts(roadmap, float(distance), gap, places, instance.edges, places[base:], base)
+              for distance in sums]
+    close, swept = (np.array([table[i] for table in tables]) for i in range(2))
+    return replace(instance, kinds=kinds, close=close, swept=swept)
 
 
 def _own_edges(roadmap, starts, goals, radii):
@@ -202,96 +219,3 @@ def _conflicts(roadmap, distance, gap, places, edges, own, base):
     need[rows, base + owner] = need[rows, base + count + owner] = 0.0
     swept[few:] = apart < need
     return close, swept
-
-
-def order_moves(instance: Instance, places: NDArray[np.float64], steps: Steps, radii: ArrayLike):
-    """Return the ways (K + 1, 2) of all robots without their waits, and what each move needs; see `JointWays`.
-
-    The moves of the steps are cut into short ones, so that nobody waits for longer than it must. A move waits for the
-    last move of each other robot that comes before it, by its step and its turn in the step, and that it would meet.
-
-    Parameters
-    ----------
-    instance : Instance
-    places : (n, 2) ndarray [m]
-    steps : Steps
-    radii : (N,) array_like [m]
-    """
-    count, radii = instance.count, np.asarray(radii, float)
-    turns = [pebbles.ranks(instance, steps, t) for t in range(len(steps.edges))]
-    robot, at = np.nonzero(steps.edges.T >= 0)
-    when = at * (count + 1) + np.array(turns, np.int64).reshape(-1, count)[at, robot]
-    u, v, e = steps.places[at, robot], steps.places[at + 1, robot], steps.edges[at, robot]
-    kinds = instance.kinds[robot[:, None], robot]
-    meets = _crosses(places[u], places[v])
-    for end in (u, v):
-        sweeps = instance.swept[kinds, e[:, None], end]
-        meets |= sweeps | sweeps.T
-    later, earlier = np.nonzero(meets & (when[:, None] > when) & (robot[:, None] != robot))
-
-    move, ends = _cut(places[u], places[v])
-    robot = robot[move]
-    first = np.searchsorted(robot, np.arange(count + 1))
-    waits = np.zeros((len(move),) * 2, np.int64)
-    i, j = _pairs_of_pieces(move, later, earlier)
-    meet = segments_apart(ends[i], ends[j]) < radii[robot[i]] + radii[robot[j]] + GAP
-    waits[i[meet], j[meet]] = (np.arange(len(robot)) - first[robot] + 1)[j[meet]]
-    ways = [np.concatenate([places[steps.places[:1, i]], ends[first[i]:first[i + 1], 1]]) for i in range(count)]
-    needs = []
-    for i in range(count):
-        own = waits[first[i]:first[i + 1]]
-        most = np.stack([own[:, first[j]:first[j + 1]].max(axis=1, initial=0) for j in range(count)], axis=1)
-        before = np.maximum.accumulate(np.concatenate([np.zeros((1, count), most.dtype), most]), axis=0)[:-1]
-        needs.append([[(int(j), int(row[j])) for j in np.flatnonzero(row > known)] for row, known in zip(most, before)])
-    return ways, needs
-
-
-def _cut(a, b):
-    """Return pieces of the segments from ``a`` to ``b`` (K, 2): of which segment each is, and its ends (P, 2, 2)."""
-    count = np.maximum(np.ceil(np.linalg.norm(b - a, axis=1) / _PIECE - 1e-9).astype(np.int64), 1)
-    move = np.repeat(np.arange(len(a)), count)
-    number = np.arange(len(move)) - np.repeat(np.cumsum(count) - count, count)
-    shares = np.stack([number, number + 1], axis=1) / count[move, None]
-    ends = a[move, None] + shares[..., None] * (b - a)[move, None]
-    # The last piece ends exactly where the move does: it may be the goal.
-    is_last = number + 1 == count[move]
-    ends[is_last, 1] = b[move[is_last]]
-    return move, ends
-
-
-def _pairs_of_pieces(move, a, b):
-    """Return the pairs of pieces of the moves ``a`` and ``b`` (L,), two (Q,) arrays; ``move`` (P,) is sorted."""
-    first, last = (np.searchsorted(move, np.arange(move.max(initial=-1) + 2), side) for side in ('left', 'right'))
-    counts = (last - first)[a] * (last - first)[b]
-    pair = np.repeat(np.arange(len(a)), counts)
-    number = np.arange(len(pair)) - np.repeat(np.cumsum(counts) - counts, counts)
-    width = (last - first)[b][pair]
-    return first[a][pair] + number // np.maximum(width, 1), first[b][pair] + number % np.maximum(width, 1)
-
-
-def segments_apart(a, b):
-    """Return the distance of the segments ``a`` and ``b`` (Q, 2, 2) [m], row by row; 0 where they cross."""
-    def to_segment(points, ends):
-        along, offset = ends[:, 1] - ends[:, 0], points - ends[:, 0]
-        share = np.clip((along * offset).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-18), 0.0, 1.0)
-        return np.linalg.norm(offset - share[:, None] * along, axis=1)
-
-    def is_split(ends, other):
-        along = ends[:, 1] - ends[:, 0]
-        sides = [along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0]
-                 for offset in (other[:, 0] - ends[:, 0], other[:, 1] - ends[:, 0])]
-        return sides[0] * sides[1] < 0
-
-    apart = np.min([to_segment(a[:, 0], b), to_segment(a[:, 1], b), to_segment(b[:, 0], a), to_segment(b[:, 1], a)],
-                   axis=0)
-    return np.where(is_split(a, b) & is_split(b, a), 0.0, apart)
-
-
-def _crosses(a, b):
-    """Return which of the segments from ``a`` to ``b`` (K, 2) cross each other (K, K)."""
-    along = b - a
-    from_a, from_b = a[None] - a[:, None], b[None] - a[:, None]
-    side_a = along[:, None, 0] * from_a[..., 1] - along[:, None, 1] * from_a[..., 0]
-    side_b = along[:, None, 0] * from_b[..., 1] - along[:, None, 1] * from_b[..., 0]
-    splits = side_a * side_b < 0
-    return splits & splits.T

@@ -32,6 +32,8 @@ class Candidate:
         That it will drive through.
     partners : frozenset of int
         The members of the joint plan that it follows.
+    lead : float [m]
+        What it has to drive until its plan ends.
     """
 
     end: NDArray[np.float64]
@@ -40,6 +42,7 @@ class Candidate:
     stalled: float = 0.0
     lanes: frozenset[int] = frozenset()
     partners: frozenset[int] = frozenset()
+    lead: float = 0.0
 
 
 def gather(candidates: Mapping[int, Candidate], robot_id: int, reach: float) -> tuple[list[int], bool]:

@@ -65,6 +65,15 @@ def rank_moves(close, swept, kinds, before, after, edges, ranks):
     return True
 
 
+@njit(i8(CUBE, CUBE, TABLE, TABLE, TABLE, i8[:, ::1]), nogil=True, cache=True)
+def rank_steps(close, swept, kinds, places, edges, ranks):
+    """Fill in the ``ranks`` (T, N) of all steps; return how many have any before the first that has none."""
+    for t in range(len(edges)):
+        if not rank_moves(close, swept, kinds, places[t], places[t + 1], edges[t], ranks[t]):
+            return t
+    return len(edges)
+
+
 @njit(types.UniTuple(i8[::1], 2)(INDICES, INDICES, INDICES, FLAGS, LENGTHS, LENGTHS, CUBE, CUBE, INDICES, TABLE, TABLE,
                                  i8, i8, f8, f8, i8), nogil=True, cache=True)
 def replan(first, targets, by, usable, lengths, to_go, close, swept, kinds, places, edges, start, goal, wait, extra,
@@ -137,3 +146,33 @@ def replan(first, targets, by, usable, lengths, to_go, close, swept, kinds, plac
         own_edges[t - 1] = via[t, own_places[t]]
         own_places[t - 1] = came[t, own_places[t]]
     return own_places, own_edges
+
+
+@njit(b1(INDICES, INDICES, INDICES, types.Array(b1, 2, 'C', readonly=True), LENGTHS,
+         types.Array(f8, 2, 'C', readonly=True), CUBE, CUBE, TABLE, i8[:, ::1], i8[:, ::1], INDICES, INDICES, INDICES,
+         f8, f8, i8, i8[:, ::1]), nogil=True, cache=True)
+def replan_some(first, targets, by, usable, lengths, to_go, close, swept, kinds, places, edges, starts, goals, robots,
+                wait, extra, limit, ranks):
+    """Let ``robots`` move anew, one after the other, among the rest; return False where they cannot.
+
+    All are changed in ``places`` (T + 1, N) and ``edges`` (T, N), and their ``ranks`` (T, N) are filled in; for the
+    rest see `replan`.
+    """
+    steps, count = edges.shape
+    is_left = np.zeros(count, np.bool_)
+    for robot in robots:
+        is_left[robot] = True
+    for robot in robots:
+        others = np.flatnonzero(~is_left)
+        around, along = np.empty((steps + 1, len(others)), np.int64), np.empty((steps, len(others)), np.int64)
+        kind = np.empty(len(others), np.int64)
+        for o in range(len(others)):
+            kind[o] = kinds[robot, others[o]]
+            around[:, o], along[:, o] = places[:, others[o]], edges[:, others[o]]
+        own_places, own_edges = replan(first, targets, by, usable[robot], lengths, to_go[robot], close, swept, kind,
+                                       around, along, starts[robot], goals[robot], wait, extra, limit)
+        if len(own_places) == 0:
+            return False
+        places[:, robot], edges[:, robot] = own_places, own_edges
+        is_left[robot] = False
+    return rank_steps(close, swept, kinds, places, edges, ranks) == steps

@@ -27,7 +27,7 @@ class Instance:
     usable : (N, m) ndarray of bool
         The edges that each robot may use.
     to_go : (N, n) ndarray [m]
-        From each place to each robot's goal; infinite where nothing leads there.
+        What the moves from each place to each robot's goal cost, at most; infinite where nothing leads there.
     kinds : (N, N) ndarray of int
         Which of the tables holds for a pair of robots.
     close : (c, n, n) ndarray of bool
@@ -104,18 +104,25 @@ class Steps:
         Whether all are at their goals in the end.
     configurations : int
         Looked at to find them.
+    ranks : (T, N) ndarray of int, optional
+        See `ranks`, where they are known.
     """
 
     places: NDArray[np.int64]
     edges: NDArray[np.int64]
     is_solved: bool
     configurations: int = 0
+    ranks: NDArray[np.int64] | None = None
 
 
 def value(instance: Instance, steps: Steps) -> float:
     """Return what the steps cost [m]: what the last robot's moves do, and, less, the others'."""
-    each = costs(instance, steps)
-    return float(each.max() + 0.5 * each.mean())
+    return worst_and_mean(costs(instance, steps))
+
+
+def worst_and_mean(times: NDArray[np.float64]) -> float:
+    """Return how bad it is that the robots are home after ``times`` (N,): the last counts, and, less, the others."""
+    return float(times.max() + 0.5 * times.mean())
 
 
 def costs(instance: Instance, steps: Steps) -> NDArray[np.float64]:
@@ -128,15 +135,20 @@ def cost(instance: Instance, edges: NDArray[np.int64]) -> float:
     moving = np.flatnonzero(edges >= 0)
     if not len(moving):
         return 0.0
-    moves = np.maximum(instance.lengths[edges[moving]], WAIT) + EXTRA
-    return float(moves.sum() + WAIT * (moving[-1] + 1 - len(moving)))
+    return float(move_costs(instance.lengths[edges[moving]]).sum() + WAIT * (moving[-1] + 1 - len(moving)))
 
 
-def ranks(instance: Instance, steps: Steps, t: int) -> NDArray[np.int64] | None:
-    """Return in which turn each robot (N,) makes its move of step ``t``; None if they can only move all at once."""
+def move_costs(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what moves of some ``lengths`` (K,) [m] cost [m]."""
+    return np.maximum(lengths, WAIT) + EXTRA
+
+
+def ranks(instance: Instance, steps: Steps) -> NDArray[np.int64] | None:
+    """Return in which turn each robot makes its move of each step (T, N); None if one can only be made all at once."""
     from mobile_planning.fleet import pebble_kernels as kernels
 
-    turn = np.empty(instance.count, np.int64)
-    is_playable = kernels.rank_moves(instance.close, instance.swept, instance.kinds, steps.places[t],
-                                     steps.places[t + 1], steps.edges[t], turn)
-    return turn if is_playable else None
+    if steps.ranks is not None:
+        return steps.ranks
+    turns = np.empty(steps.edges.shape, np.int64)
+    playable = kernels.rank_steps(instance.close, instance.swept, instance.kinds, steps.places, steps.edges, turns)
+    return turns if playable == len(turns) else None

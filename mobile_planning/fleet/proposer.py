@@ -10,10 +10,11 @@ from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.follower import Follower
 from mobile_planning.fleet.joint_knowledge import JointKnowledge
 from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan
-from mobile_planning.fleet.joint_plan import Member
+from mobile_planning.fleet.joint_plan import WIDE, Member
 from mobile_planning.fleet.joint_request import Candidate, JointRequest, gather, standing_beside
 from mobile_planning.fleet.lanes import LaneFinder
 from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.mouths import finer_at_mouths
 from mobile_planning.fleet.roadmap import Roadmap
 from mobile_planning.world.environment import Environment
 
@@ -60,7 +61,7 @@ class Proposer:
     def enter(self, environment: Environment) -> None:
         """Plan in another static world from now on."""
         self._environment, self._is_contested = environment, False
-        self._roadmaps: dict[tuple, Roadmap] = {}
+        self._roadmaps: dict[tuple, tuple[Roadmap, Roadmap]] = {}
         self._lanes: LaneFinder | None = None
 
     def prepare(self) -> None:
@@ -87,14 +88,14 @@ class Proposer:
         self._requested_at = -np.inf
         return plan is not None and plan.epoch > self._void
 
-    def request(self, now: float, plan_end: NDArray[np.float64], goal: NDArray[np.float64], is_done: bool,
-                stalled: float, standing: Sequence[tuple[ArrayLike, float]], own: Follower | None
-                ) -> JointRequest | None:
+    def request(self, now: float, position: NDArray[np.float64], plan_end: NDArray[np.float64],
+                goal: NDArray[np.float64], is_done: bool, stalled: float,
+                standing: Sequence[tuple[ArrayLike, float]], own: Follower | None) -> JointRequest | None:
         """Return the request for a plan for all around if one is due at ``now`` [s]; each has an epoch of its own.
 
         Parameters
         ----------
-        now, plan_end, goal, is_done, stalled, standing
+        now, position, plan_end, goal, is_done, stalled, standing
             See `Coordination.update`.
         own : Follower or None
             The robot's part in the plan in force.
@@ -108,7 +109,8 @@ class Proposer:
         self._proposed_at = self._requested_at = now
         candidates = self._candidates(now, plan_end)
         candidates[self._id] = Candidate(plan_end, goal, self._radius, stalled, frozenset(self._uses(plan_end, goal)),
-                                         frozenset() if own is None else frozenset(own.plan.members))
+                                         frozenset() if own is None else frozenset(own.plan.members),
+                                         float(np.linalg.norm(plan_end - position)))
         group, has_lane = gather(candidates, self._id, _GROUP * 2.0**self._level)
         ids = tuple(group[:MAX_MEMBERS])
         members = [candidates[each] for each in ids]
@@ -116,8 +118,8 @@ class Proposer:
                    for _, message in self._knowledge.standing(now, plan_end, without=ids)]
         self._asked = 1 + max(self._knowledge.epoch, self._asked)
         return JointRequest(
-            roadmap, self._id, self._boot, self._asked, ids,
-            tuple(Member(each.end, each.goal, each.radius, each.stalled) for each in members),
+            roadmap[1], self._id, self._boot, self._asked, ids,
+            tuple(Member(each.end, each.goal, each.radius, each.stalled, each.lead) for each in members),
             standing_beside([*standing, *staying], members),
             MAX_MOVES if has_lane or self._level >= len(_HORIZONS) else _HORIZONS[self._level])
 
@@ -127,7 +129,8 @@ class Proposer:
         for other, message in self._knowledge.around(now, plan_end).items():
             uses = lanes.uses(message.plan.end, message.goal, message.radius, message.v_max)
             found[other] = Candidate(message.plan.end, message.goal, message.radius, message.joint.stalled,
-                                     frozenset(uses), self._knowledge.partners(message.joint))
+                                     frozenset(uses), self._knowledge.partners(message.joint),
+                                     float(np.linalg.norm(message.plan.end - message.lz)))
         return found
 
     # When
@@ -180,12 +183,13 @@ class Proposer:
         return {} if lanes is None else lanes.uses(plan_end, goal, self._radius, self._v_max)
 
     def _roadmap(self):
-        """Return the roadmap for all that are about; None where the world has no extent."""
+        """Return the roadmap for all that are about, and the one for plans; None where the world has no extent."""
         radii = [self._radius, *self._knowledge.radii]
         key = min(radii), max(radii)
         if key not in self._roadmaps:
             try:
-                self._roadmaps[key] = Roadmap(self._environment, *key)
+                roadmap = Roadmap(self._environment, *key)
+                self._roadmaps[key] = roadmap, finer_at_mouths(roadmap, 2 * roadmap.widest + WIDE)
             except PlanningError:
                 return None
         return self._roadmaps[key]
@@ -193,6 +197,6 @@ class Proposer:
     def _lane_finder(self):
         """Return what finds lanes for bodies like this one; None where the world has no extent."""
         roadmap = self._roadmap()
-        if roadmap is not None and (self._lanes is None or self._lanes.roadmap is not roadmap):
-            self._lanes = LaneFinder(roadmap)
+        if roadmap is not None and (self._lanes is None or self._lanes.roadmap is not roadmap[0]):
+            self._lanes = LaneFinder(roadmap[0])
         return self._lanes

@@ -166,14 +166,14 @@ class Roadmap:
         is_own = np.arange(len(places))[:, None] // _AROUND == np.arange(len(centres))
         others = np.where(is_own, np.inf, apart).min(axis=1)
         is_tight = np.minimum(room - self.widest, others) < SPACING
-        return self._with(places[(room >= self.radius + TIGHT) & (others >= 0.0) & is_tight])
+        return self.with_places(places[(room >= self.radius + TIGHT) & (others >= 0.0) & is_tight])
 
-    def _with(self, places):
-        """Return the roadmap with more places, joined to what is near."""
+    def with_places(self, places: NDArray[np.float64], reach: float = REACH) -> Roadmap:
+        """Return the roadmap with more ``places`` (N, 2) [m], joined to what is within ``reach`` [m]."""
         more = copy(self)
         more._conflicts, count = {}, len(self.places)
         more.places = np.concatenate([self.places, places])
-        who, where = more.near(places)
+        who, where = more.near(places, reach)
         who = who + count
         edges, rooms = more._edges(np.column_stack([where, who])[where < who], TIGHT)
         more.edges, more.rooms = np.concatenate([self.edges, edges]), np.append(self.rooms, rooms)

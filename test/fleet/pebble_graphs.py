@@ -48,11 +48,10 @@ def can_be_solved(instance):
 
 def play(instance, steps):
     """Play all moves one at a time in the order of their ranks; fail if one meets a robot that stands."""
-    here = instance.starts.copy()
+    here, turns = instance.starts.copy(), pebbles.ranks(instance, steps)
+    assert turns is not None
     for t in range(len(steps.edges)):
-        turn = pebbles.ranks(instance, steps, t)
-        assert turn is not None
-        for robot in np.argsort(turn, kind='stable'):
+        for robot in np.argsort(turns[t], kind='stable'):
             e, v = steps.edges[t, robot], steps.places[t + 1, robot]
             if e < 0:
                 assert v == here[robot]

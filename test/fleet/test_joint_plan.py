@@ -10,7 +10,8 @@ from pebble_graphs import play
 
 from mobile_planning import Boundary, Environment, PolygonObstacle
 from mobile_planning.fleet import scenarios
-from mobile_planning.fleet.joint_plan import GAP, Member, segments_apart, make_instance, plan_jointly
+from mobile_planning.fleet.joint_plan import GAP, Member, make_instance, plan_jointly
+from mobile_planning.fleet.move_order import segments_apart
 from mobile_planning.fleet.pebble_search import solve
 from mobile_planning.fleet.roadmap import LONG_REACH, Roadmap
 from mobile_planning.fleet.waiting import is_cut_off
