@@ -31,6 +31,8 @@ _CYCLES, _SILENT = 4, 2.0
 _LONGEST_PLAN = 100.0
 #: A robot that starts anew so near [m] to where its plan has led it has not been moved.
 _SAME_PLACE = 0.05
+#: A body is found so near [m] to where its scene says that it starts: real ones are never there to the millimetre.
+_FOUND = 0.5
 #: Nobody is declared dead who has spoken so lately [s]: its body may move as long as a plan lasts.
 _QUIET = 5.0
 
@@ -286,9 +288,14 @@ class Mission:
     # How it works
 
     def _told_to(self, body):
-        """Return a body that is held to the goals that its robot says it was given."""
-        goals = self.solutions[body.eyed].goals if body.eyed in self.solutions else ()
-        return replace(body, goal=goals[-1], via=goals[:-1]) if goals else body
+        """Return a body that starts where it was found, and is held to the goals that its robot says it was given."""
+        solution = self.solutions.get(body.eyed)
+        if solution is None:
+            return body
+        first, goals = solution.plans[0], solution.goals or body.goals
+        found = first.state(first.first_knot * first.step)[:3]
+        is_near = np.linalg.norm(found[:2] - body.start[:2]) <= _FOUND and not np.ptp(first.points, axis=0).any()
+        return replace(body, start=found if is_near else body.start, goal=goals[-1], via=goals[:-1])
 
     def _is_fresh(self, robot_id, now):
         if robot_id not in self._heard:

@@ -27,6 +27,8 @@ class Track:
         count from the last one before the mission's start: a start in seconds since 1970 costs no digits.
     commit : (P,) ndarray
         From when on each plan binds, in the same unit.
+    is_found : (P,) ndarray of bool
+        Whether a process that was started anew begins with the plan, where it has found the body.
     plan, knot, points, curves, turn, theta : (K, ...) ndarray
         Of each span its plan, its knot, its control points and Bezier points (4, 2) [m], how far it turns at rest [rad]
         and the heading at its start [rad].
@@ -42,6 +44,9 @@ class Track:
         sizes = np.array([len(control) - 2 for control in controls])
         self.first = np.array([_EVER, *(plan.first_knot - floor(start) for plan in plans)])
         self.commit = self._binding(commits, floor(start))
+        # Of the plans that nobody committed: a process begins with them, where it finds its body.
+        self.is_found = np.zeros(len(self.first), bool)
+        self.is_found[2:len(commits) + 1] = np.isnan(np.array(commits[1:len(self.first) - 1], float))
         self.last, self._offset = self.first + sizes - 1, np.cumsum(sizes) - sizes
         self.plan = np.repeat(np.arange(len(sizes)), sizes)
         self.knot = self.first[self.plan] + np.arange(len(self.plan)) - self._offset[self.plan]

@@ -22,6 +22,8 @@ from mobile_planning.world.exact_distance import ExactDistance
 
 #: Between two samples [s]; the nearness to the goal that counts as arrived [m, rad]; limits are rounded by so much.
 _STEP, _ARRIVED, _TURNED, _ROUNDING = 0.005, 0.05, 0.05, 1 + 1e-7
+#: A body that rests is found so near to where its plan has ended [m, rad].
+_FOUND = 0.05
 #: Position, velocity and acceleration at a knot, of three control points [m per span, m per span^2].
 _AT_KNOT = np.array([[1, 4, 1], [-3, 0, 3], [6, -12, 6]]) / 6
 
@@ -66,7 +68,12 @@ def _jumps(track):
     knots = track.first[plans]
     old, new = track.at(plans - 1, knots), track.at(plans, knots)
     jumps = np.abs(_AT_KNOT @ (track.points[new] - track.points[old])[:, :3]).max(axis=2) > TOLERANCE
-    jumps = np.column_stack([jumps, np.abs(wrap_angle(track.theta[new] - track.theta[old])) > SAME_HEADING])
+    turned = np.abs(wrap_angle(track.theta[new] - track.theta[old]))
+    jumps = np.column_stack([jumps, turned > SAME_HEADING])
+    # A body that rests is found again as well as it is measured.
+    gap = norm(track.points[new, 3] - track.points[old, 3], axis=1)
+    is_still = ~(track.velocity[new].any(axis=(1, 2)) | track.velocity[old].any(axis=(1, 2)))
+    jumps[track.is_found[plans] & is_still & (gap <= _FOUND) & (turned <= _FOUND)] = False
     return [f'robot {track.body.eyed}: {("position", "velocity", "acceleration", "heading")[what]} jumps at '
             f'{track.time(knots[row]):.3f} s, from {"its start" if plans[row] == 1 else "the plan before"}'
             for row, what in np.argwhere(jumps)]

@@ -35,7 +35,7 @@ from mobile_planning.nodes.spin import StopSignals, spin_until
 
 #: After the end of the last plan the body is brought to rest for so long [s].
 _SETTLING = 0.5
-#: A clock that stands still is not waited for longer than this beyond the plan [s].
+#: A body that does not come to the end of its plan, and a clock that stands still, are not waited for longer [s].
 _PATIENCE = 10.0
 
 
@@ -89,6 +89,7 @@ class RobotPilot(Node):
         self._seat, self._found = Seat(f'{task.domain} {task.namespace} {task.name}'), None
         self._pilot: Pilot | None = None
         self._plan: Plan | None = None
+        self._place: np.ndarray | None = None
         self._latest, self._left_at = -np.inf, np.inf
         self._commands = self.create_publisher(TwistStamped, '~/cmd_vel', qos.live(1))
         source = MapOdometry if task.localisation == 'tf' else MapPose
@@ -115,7 +116,8 @@ class RobotPilot(Node):
         if plan is None:
             return True
         end, length = plan.end_knot * plan.step, (len(plan.points) - 3) * plan.step
-        return self._now() >= end + _SETTLING or waited > length + _PATIENCE
+        is_there = self._place is not None and np.linalg.norm(self._place[:2] - plan.end) <= self._task.most_drift
+        return is_there and self._now() >= end + _SETTLING or waited > length + _PATIENCE
 
     def close(self) -> None:
         """Let the base stand."""
@@ -153,6 +155,7 @@ class RobotPilot(Node):
         self.leave()
 
     def _localise(self, pose, time, error):
+        self._place = pose
         if self._pilot is not None:
             self._pilot.localise(pose, time, error)
         elif self._seat.take():

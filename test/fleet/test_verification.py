@@ -316,6 +316,15 @@ def test_a_wrong_start_is_caught():
     assert is_caught(judged((1, (0, 0, 0.01), (LENGTH, 0, 0), ALONG[3])), 'heading jumps')
 
 
+@pytest.mark.parametrize('gap, turned, commit, is_right', [
+    (0.03, 0.03, np.nan, True), (0.1, 0.0, np.nan, False), (0.0, 0.1, np.nan, False), (0.03, 0.03, 8.0, False)])
+def test_only_a_process_that_is_started_anew_finds_its_body_a_little_elsewhere(gap, turned, commit, is_right):
+    found = Plan.at_rest(40, TC, (LENGTH + gap, 0, turned))
+    solution = Solution(1, (Plan.at_rest(0, TC, (0, 0, 0)), ALONG[3], found), True, commits=(np.nan, 0.0, commit))
+    report = verify({1: solution}, [body(1, (0, 0, 0), found.state(99.0)[:3])], WORLD)
+    assert report.valid if is_right else is_caught(report, 'jumps')
+
+
 @pytest.mark.parametrize('goal', [(LENGTH + 0.06, 0, 0), (LENGTH, 0, 0.06), (LENGTH, 0, np.pi), (0, 0, 0)])
 def test_a_robot_that_is_not_at_its_goal_has_not_arrived(goal):
     report = judged((1, (0, 0, 0), goal, ALONG[3]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistStamped
-from mobile_planning_msgs.msg import RobotStatus
+from mobile_planning_msgs.msg import MissionReport, RobotStatus
 from nav_msgs.msg import Odometry
 from robot_fleet import Fleet
 
@@ -17,6 +17,7 @@ from mobile_planning.nodes import qos, wire
 from mobile_planning.nodes.convert import header, pose_message, seconds
 from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.odometry import MapOdometry
+from mobile_planning.nodes.world_sim import WorldSimNode
 
 #: Two metres ahead.
 LONG = {'start': [1.0, 1.0, 0.0], 'goal': [3.0, 1.0, 0.0]}
@@ -127,22 +128,31 @@ def rests_at_the_end_of_its_plan(ros, base, book):
     return end
 
 
+@pytest.mark.parametrize('has_book', [True, False])
 def test_a_planner_that_is_gone_leaves_the_base_on_its_plan_and_the_next_one_drives_on_from_there(
-        ros, fleet, real, tmp_path):
-    base, book = RealBase(ros, (1.0, 1.0, 0.0)), str(tmp_path / 'book')
-    first = real(logbook=book)
-    fleet.map()
-    fleet.announce(State.STARTED, start=fleet.now)
+        ros, fleet, real, tmp_path, has_book):
+    base, book, scene = RealBase(ros, (1.03, 1.01, 0.02)), str(tmp_path / 'book'), tmp_path / 'scene.yaml'
+    scene.write_text('boundary: {x: [0, 4], y: [0, 4]}\nrobots: [{id: 1, start: [1, 1, 0], goal: [3, 1, 0]}]')
+    reports = ros.listen(MissionReport, '/world_sim/report', qos.latched())
+    first = real(scene=str(scene), logbook=book)
+    ros.add(WorldSimNode, scene=str(scene))
     ros.until(lambda: base.base.pose[0] > 1.3)
     gone_at = base.base.pose[0]
+    # What it has committed is told: else world_sim takes the body for moved.
+    first._agent.step = lambda clock: []
+    ros.until(lambda: not first._is_planning and base.base.pose[0] > gone_at + 0.02)
     ros.remove(first)
     # Started while the pilot of the first still drives: it waits for its turn.
-    second = real(logbook=book)
+    second = real(scene=str(scene), logbook=book if has_book else '')
     message = fleet.hear(lambda message: message.boot_epoch == second.epoch)
-    end = Logbook(book).read()[-2].plan.end
+    end = [entry.plan.end for entry in Logbook(book).read() if entry.epoch != second.epoch][-1]
     assert gone_at + 0.1 < end[0] < 2.9 and message.latest_z == pytest.approx(end, abs=0.02)
-    ros.until(lambda: fleet.solutions)
-    assert fleet.solutions[-1].done and base.base.pose[:2] == pytest.approx([3.0, 1.0], abs=0.03)
+    with pytest.raises(SystemExit) as over:
+        ros.until(lambda: False)
+    assert base.base.pose[:2] == pytest.approx([3.0, 1.0], abs=0.03)
+    # Without a logbook it is judged from when on all is known.
+    report = ros.until(lambda: reports)[-1]
+    assert over.value.code == 0 and report.valid and report.goals_reached == report.goals == 1
 
 
 @pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGSTOP])
