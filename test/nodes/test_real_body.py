@@ -135,7 +135,7 @@ def test_a_planner_that_is_gone_leaves_the_base_on_its_plan_and_the_next_one_dri
     scene.write_text('boundary: {x: [0, 4], y: [0, 4]}\nrobots: [{id: 1, start: [1, 1, 0], goal: [3, 1, 0]}]')
     reports = ros.listen(MissionReport, '/world_sim/report', qos.latched())
     first = real(scene=str(scene), logbook=book)
-    ros.add(WorldSimNode, scene=str(scene))
+    judge = ros.add(WorldSimNode, scene=str(scene))
     ros.until(lambda: base.base.pose[0] > 1.3)
     gone_at = base.base.pose[0]
     # What it has committed is told: else world_sim takes the body for moved.
@@ -149,6 +149,7 @@ def test_a_planner_that_is_gone_leaves_the_base_on_its_plan_and_the_next_one_dri
     assert gone_at + 0.1 < end[0] < 2.9 and message.latest_z == pytest.approx(end, abs=0.02)
     with pytest.raises(SystemExit) as over:
         ros.until(lambda: False)
+    ros.remove(judge)
     assert base.base.pose[:2] == pytest.approx([3.0, 1.0], abs=0.03)
     # Without a logbook it is judged from when on all is known.
     report = ros.until(lambda: reports)[-1]
