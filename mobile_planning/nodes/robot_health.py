@@ -59,9 +59,9 @@ class RobotHealth:
         silent = frozenset(self._heard_not())
         if self._agent.robot is None or silent == self._silent:
             return False
-        for verb, who in (('is silent', silent - self._silent), ('is heard', self._silent - silent)):
-            for robot_id in sorted(who):
-                logger.info(f'robot {robot_id} {verb}')
+        for verb, who in (('silent', silent - self._silent), ('heard', self._silent - silent)):
+            if who:
+                logger.info(f'{verb}: robots {sorted(who)}')
         self._silent = silent
         return True
 
