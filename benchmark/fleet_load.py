@@ -25,11 +25,11 @@ from mobile_planning_msgs.msg import Contracts, JointPlan, Mission, RobotMsg
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from benchmark.fleet_processes import ROOT, Fleet
+from benchmark.fleet_processes import GATHERING, ROOT, Fleet
 from mobile_planning.nodes import qos
 
-#: Robots that do not start within so long [s] do not start at all; what is measured begins so long after the start.
-_GATHERING, _SETTLING = 90.0, 5.0
+#: What is measured begins so long [s] after the start of the mission.
+_SETTLING = 5.0
 _FACTS = 'sections late', 'cycles missed', 'longest step [ms]'
 _CYCLE = 0.25
 
@@ -116,7 +116,7 @@ def measure(robots: int, groups: list[list[int]], seconds: float, folder: Path) 
     try:
         with Fleet(scene, groups, folder) as fleet:
             began = monotonic()
-            spin(began + _GATHERING, lambda: listener.has_started or fleet.ended)
+            spin(began + GATHERING, lambda: listener.has_started or fleet.ended)
             gathered = monotonic() - began
             if not listener.has_started or fleet.ended:
                 raise RuntimeError(f'{robots} robots did not start within {gathered:.0f} s, ended: {fleet.ended}; '
@@ -156,14 +156,17 @@ def main() -> int:
     options = parser.parse_args()
     print(HEADING, flush=True)
     with tempfile.TemporaryDirectory(prefix='fleet_load_') as temporary:
-        folder = options.out or Path(temporary)
-        for robots in options.single:
-            groups = [[robot] for robot in range(1, robots + 1)]
-            print(measure(robots, groups, options.seconds, folder / f'single_{robots}').row(), flush=True)
-        for robots in options.grouped:
-            groups = [group.tolist() for group in np.array_split(np.arange(1, robots + 1), options.processes)]
-            print(measure(robots, groups, options.seconds, folder / f'grouped_{robots}').row(), flush=True)
-    return 0
+        folder, failed = options.out or Path(temporary), 0
+        for kind, robots in (*(('single', each) for each in options.single),
+                             *(('grouped', each) for each in options.grouped)):
+            processes = robots if kind == 'single' else options.processes
+            groups = [group.tolist() for group in np.array_split(np.arange(1, robots + 1), processes)]
+            try:
+                print(measure(robots, groups, options.seconds, folder / f'{kind}_{robots}').row(), flush=True)
+            except RuntimeError as error:
+                failed += 1
+                print(f'{robots:>6}{processes:>6}  {error}', flush=True)
+    return int(failed > 0)
 
 
 if __name__ == '__main__':

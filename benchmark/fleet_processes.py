@@ -15,6 +15,8 @@ import yaml
 ROOT = Path(__file__).resolve().parent.parent
 _TICK = os.sysconf('SC_CLK_TCK')
 _PR_SET_PDEATHSIG = 1
+#: Robots that do not start within so long [s] do not start at all.
+GATHERING = 120.0
 #: Processes that were asked to end are waited for so long [s].
 _FAREWELL = 15.0
 
@@ -67,7 +69,7 @@ class Fleet:
                 which = (['-r', f'__node:={name}', '-p', f'robot_id:={group[0]}'] if len(group) == 1
                          else ['-p', f'robots:={group}'])
                 self._start(name, 'robot', '--ros-args', *which, *chosen)
-            self._start('world_sim', 'world_sim', '--ros-args', *chosen)
+            self._start('world_sim', 'world_sim', '--ros-args', '-p', f'discovery_timeout:={GATHERING}', *chosen)
         except BaseException:
             self._end()
             raise
