@@ -87,9 +87,17 @@ def _scene(path, content, robots):
     scene = _drawn(path, content, robots) if 'scenario' in content else _listed(path, content, robots)
     return replace(scene, name=str(content.get('name', path.stem)), method=content.get('method', scene.method),
                    horizon=content.get('receding_horizon', {}), timeout=float(content.get('timeout', scene.timeout)),
-                   endless=float(content.get('endless', 0.0)),
-                   com_range=float(content.get('com_range', scene.com_range)),
-                   neighbours=tuple(map(tuple, content.get('neighbours', scene.neighbours))))
+                   endless=float(content.get('endless', 0.0)), **_neighbours(content, scene, robots))
+
+
+def _neighbours(content, scene, robots):
+    """Return who stays with whom; of fewer robots than the file lists, those that are left."""
+    pairs = tuple(map(tuple, content.get('neighbours', ())))
+    if robots is not None:
+        pairs = tuple(pair for pair in pairs if set(pair) <= {spec.id for spec in scene.robots})
+        if not pairs:
+            return {}
+    return {'neighbours': pairs, 'com_range': float(content.get('com_range', scene.com_range))}
 
 
 def _listed(path, content, robots):

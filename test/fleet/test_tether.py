@@ -264,6 +264,7 @@ def test_a_scene_file_says_who_stays_with_whom(tmp_path, method):
     robots = [load_scene(path).robot(i, method=method) for i in (1, 2, 3)]
     assert [one.neigh for one in robots] == [(2,), (1, 3), (2,)]
     assert {one.options.com_range for one in robots} == {12.5}
+    assert load_scene(path, 2).neighbours == ((1, 2),) and load_scene(path, 1).com_range == np.inf
     path.write_text('boundary: {x: [0, 20], y: [0, 8]}\nneighbours: 2\nrobots: []')
     with pytest.raises(InvalidInput, match='neighbours'):
         load_scene(path)
