@@ -16,7 +16,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from mobile_planning.fleet import pebbles
 from mobile_planning.fleet.move_order import finish_times, order_moves
-from mobile_planning.fleet.pebble_refinement import best_steps
+from mobile_planning.fleet.pebble_clearing import by_open_ground
+from mobile_planning.fleet.pebble_refinement import best_steps, refined
 from mobile_planning.fleet.pebbles import Instance, Steps
 from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
 
@@ -106,6 +107,9 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
         bodies = [(member.start, member.radius) for member in members]
         instance, places = make_instance(roadmap.beside(bodies, GAP), members, standing)
         steps = best_steps(instance, urgency, rng, times=times)
+    if not steps.is_solved:
+        found = by_open_ground(instance, urgency, rng)
+        steps = steps if found is None else refined(instance, found, rng, times=times)
     is_whole = steps.is_solved and (horizon is None or horizon >= len(steps.edges))
     if horizon is not None:
         steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)

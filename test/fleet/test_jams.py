@@ -27,10 +27,14 @@ def test_a_crowd_among_the_pillars_and_shelves_of_a_map_is_resolved(seed):
     assert report.arrived == 10 and not report.violations
 
 
-def test_in_a_dead_end_where_each_stands_on_the_goal_of_the_next_all_make_way_for_the_deepest():
-    walls = [box(0.0, -3.0, 4.0, -0.35), box(0.0, 0.35, 4.0, 3.0), box(3.5, -0.35, 4.0, 0.35)]
-    places = [(3.1, 0.0), (2.2, 0.0), (1.3, 0.0), (-2.0, 0.0)]
-    world = fleet([(*start, *goal) for start, goal in zip(places[:3], (places[3], *places[:2]))], walls)
+#: A bay 0.7 m wide that ends at x = 3.5, and places in it, the deepest first.
+BAY = [box(0.0, -3.0, 4.0, -0.35), box(0.0, 0.35, 4.0, 3.0), box(3.5, -0.35, 4.0, 0.35)]
+BERTHS = [(3.1, 0.0), (2.2, 0.0), (1.3, 0.0)]
+
+
+@pytest.mark.parametrize('goals', [[(-2.0, 0.0), *BERTHS[:2]], BERTHS[::-1]])
+def test_in_a_dead_end_where_each_stands_on_the_goal_of_another_all_leave_and_come_back_in_order(goals):
+    world = fleet([(*start, *goal) for start, goal in zip(BERTHS, goals)], BAY)
     report = world.run(seed=1, timeout=60.0)
     assert report.arrived == 3 and not report.violations and report.joint_plans >= 1
 
