@@ -33,6 +33,7 @@ _HOMES = {
         'ReedsSheppPath', 'reeds_shepp_shortest', 'reeds_shepp_options', 'reeds_shepp_lengths'),
     'sampling.curve': ('Curve', 'Segment'),
     'sampling.rrt': ('RRT',),
+    'sampling.steering': ('Steering',),
     'sampling.rrt_graph': ('Edge', 'Node'),
     'sampling.rrt_moves': ('EdgeRule',),
     'sampling.plan_result': ('PlanResult', 'PlanStatus'),

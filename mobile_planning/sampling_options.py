@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mobile_planning.errors import InvalidInput, InvalidPlanner
+from mobile_planning.sampling.steering import Steering
 
-ROADMAPS = ('prm', 'prm_dubins')
+ROADMAPS = ('prm', 'prm_dubins', 'prm_reeds_shepp')
 PLANNERS = ('rrt', 'rrt_star', *ROADMAPS)
 
 
@@ -21,6 +22,8 @@ class SamplingOptions:
         One of `PLANNERS`.
     turning_radius : float [m]
         Of the car of all planners but prm, above 0.
+    steering : str
+        Of the car of rrt and rrt_star: dubins drives forwards only, reeds_shepp backwards too.
     robot_radius : float [m]
         Of the disc that the robot covers, at least 0.
     speed : float [m/s]
@@ -39,6 +42,7 @@ class SamplingOptions:
 
     default_planner: str = 'rrt'
     turning_radius: float = 0.5
+    steering: str = 'dubins'
     robot_radius: float = 0.0
     speed: float = 1.0
     precision: tuple[float, float, float] = (0.1, 0.1, 0.1)
@@ -47,6 +51,7 @@ class SamplingOptions:
 
     def __post_init__(self):
         check_planner(self.default_planner)
+        Steering(self.steering)
         for name in ('turning_radius', 'speed'):
             if not 0 < getattr(self, name) < np.inf:
                 raise InvalidInput(f'{name} {getattr(self, name)!r} is not a finite number above 0')

@@ -17,6 +17,7 @@ from mobile_planning.sampling.prm import PRMPlanner
 from mobile_planning.sampling.prm_statistics import RoadmapStatistics
 from mobile_planning.sampling.rrt import RRT
 from mobile_planning.sampling.smoothing import smooth
+from mobile_planning.sampling.steering import Steering
 from mobile_planning.sampling_options import ROADMAPS, SamplingOptions, check_planner, roadmap_id
 from mobile_planning.sampling_scene import SamplingScene
 from mobile_planning.world.moving_obstacle import MovingObstacle
@@ -100,7 +101,8 @@ class SamplingServer:
         ----------
         planner : str
             Id, empty for the default: rrt for the first path of a car that is found, rrt_star for the best one until
-            the deadline, prm for straight lines, prm_dubins for a car, both with a roadmap.
+            the deadline, prm for straight lines, prm_dubins for a car, prm_reeds_shepp for one that reverses, all
+            three with a roadmap.
         start, goal : (3,) array_like [m, m, rad]
         deadline : float [s]
             Above 0; rrt_star takes all of it.
@@ -169,8 +171,10 @@ class SamplingServer:
 
     def _new_roadmap(self, planner, now):
         """Return the planner of a roadmap that is still to be built."""
-        radius = self.options.turning_radius if planner == 'prm_dubins' else None
-        return PRMPlanner(self._scene.standing_still(now), turning_radius=radius)
+        scene = self._scene.standing_still(now)
+        if planner == 'prm':
+            return PRMPlanner(scene)
+        return PRMPlanner(scene, turning_radius=self.options.turning_radius, steering=_steering(planner))
 
     def _keep(self, planner, roadmap, now):
         """Answer with this roadmap from now on."""
@@ -203,14 +207,14 @@ class SamplingServer:
         if result.status is PlanStatus.SOLVED and result.cost > 0:
             radius = 0.0 if planner == 'prm' else self.options.turning_radius
             shorter = smooth(result.path, self._scene.standing_still(now), radius, _remaining(until), seed,
-                             nb_iteration=_SMOOTHING, cancel=stop)
+                             nb_iteration=_SMOOTHING, steering=_steering(planner), cancel=stop)
             result = replace(result, path=shorter.path, cost=shorter.cost)
         return result, facts
 
     def _by_tree(self, planner, start, goal, now, until, seed, stop, progress):
         """Return the result of a tree that grows from the start."""
         tree = RRT(self._scene.in_motion(now), self.options.precision, radius=self.options.turning_radius,
-                   speed=self.options.speed)
+                   steering=self.options.steering, speed=self.options.speed)
         tree.set_start(start)
         result = tree.run(goal, deadline=_remaining(until), seed=seed, star=planner == 'rrt_star', cancel=stop,
                           progress=lambda cost, nodes, _: progress.update(cost, nodes))
@@ -226,6 +230,11 @@ def _remaining(until):
     if remaining <= 0:
         raise PlanningTimeout('the deadline passed before a path was found')
     return remaining
+
+
+def _steering(planner):
+    """Return how the car of a planner with a roadmap is steered."""
+    return Steering.REEDS_SHEPP if planner == 'prm_reeds_shepp' else Steering.DUBINS
 
 
 def _position(pose):

@@ -1,28 +1,18 @@
-"""Checks of many edges of a roadmap at once, straight ones and Dubins paths, and points on them.
+"""Checks of many edges of a roadmap at once, straight ones and curves of a car, and points on them.
 
 None of the functions holds the GIL.
 """
 import numpy as np
-from numba import b1, f8, i8, njit, types, void
+from numba import b1, f8, njit, types, void
 
-from mobile_planning.sampling.dubins_kernels import ALL_WORDS, shortest_between
+from mobile_planning.sampling.steering_kernels import CAR, cut, steer, total, way_end
+from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, pose_is_free, way_is_free
 from mobile_planning.world.collision_kernels import is_free
-from mobile_planning.world.curve_kernels import advanced
 from mobile_planning.world.distance_kernels import SPACE
-from mobile_planning.world.motion_kernels import passes_cells, passes_circles, passes_polygons, segment_is_free
+from mobile_planning.world.motion_kernels import passes_cells, passes_circles, passes_polygons
 
 POINTS = types.Array(f8, 2, 'C', readonly=True)
 SHARES = types.Array(f8, 1, 'C', readonly=True)
-# The turns of the words, in the order of their codes: LSL, RSR, RSL, LSR, RLR, LRL.
-TURNS = ((1, 0, 1), (-1, 0, -1), (-1, 0, 1), (1, 0, -1), (-1, 1, -1), (1, -1, 1))
-
-
-@njit(i8(i8, i8), nogil=True, cache=True, _nrt=False)
-def turn_of(word, segment):
-    """Return the turn of a segment of a word: 1 to the left, 0 straight, -1 to the right."""
-    return TURNS[word][segment]
-
-
 ROOMS = types.Tuple((f8[:, ::1], f8, f8, f8, f8))
 # How much room there is at least in each cell of a coarse grid, and the obstacles.
 PLANE = types.Tuple((ROOMS, SPACE))
@@ -89,11 +79,11 @@ def write_points_free(plane, points, out):
         out[k] = point_is_free(plane, points[k, 0], points[k, 1])
 
 
-@njit(void(SPACE, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
-def write_poses_free(space, poses, out):
+@njit(void(SURROUNDINGS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_poses_free(world, poses, out):
     """Write whether the robot is free at each pose (n, 3)."""
     for k in range(len(out)):
-        out[k] = is_free(space, poses[k, 0], poses[k, 1], poses[k, 2], 0.0)
+        out[k] = pose_is_free(world, poses[k, 0], poses[k, 1], poses[k, 2], 0.0)
 
 
 @njit(void(PLANE, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
@@ -103,32 +93,20 @@ def write_lines_free(plane, starts, ends, out):
         out[k] = straight_is_free(plane, starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1])
 
 
-@njit(void(SPACE, POINTS, POINTS, f8, b1[::1]), nogil=True, cache=True, _nrt=False)
-def write_curves_free(space, starts, ends, radius, out):
-    """Write whether the shortest Dubins path between each pair of free poses is free."""
+@njit(void(SURROUNDINGS, CAR, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_curves_free(world, car, starts, ends, out):
+    """Write whether the shortest way of a car between each pair of free poses is free."""
     for k in range(len(out)):
-        x, y, heading = starts[k, 0], starts[k, 1], starts[k, 2]
-        found = shortest_between(x, y, heading, ends[k, 0], ends[k, 1], ends[k, 2], radius, ALL_WORDS)
-        word, lengths = found[1], found[2:5]
-        out[k] = True
-        for segment in range(3):
-            turn, length = turn_of(word, segment), lengths[segment]
-            if length > 0.0:
-                if not segment_is_free(space, x, y, heading, turn, length, radius, 0.0, 1.0):
-                    out[k] = False
-                    break
-                x, y, heading = advanced(x, y, heading, turn, length, radius)
+        _, word, parts = steer(
+            car, starts[k, 0], starts[k, 1], starts[k, 2], ends[k, 0], ends[k, 1], ends[k, 2])
+        out[k] = way_is_free(world, car, starts[k, 0], starts[k, 1], starts[k, 2], word, parts, 0.0, 1.0)
 
 
-@njit(void(POINTS, POINTS, f8, SHARES, f8[:, ::1]), nogil=True, cache=True, _nrt=False)
-def write_curve_poses(starts, ends, radius, shares, out):
-    """Write the pose (n, 3) where a share of each shortest Dubins path lies behind."""
+@njit(void(CAR, POINTS, POINTS, SHARES, f8[:, ::1]), nogil=True, cache=True, _nrt=False)
+def write_curve_poses(car, starts, ends, shares, out):
+    """Write the pose (n, 3) where a share of each shortest way of a car lies behind."""
     for k in range(len(shares)):
-        x, y, heading = starts[k, 0], starts[k, 1], starts[k, 2]
-        found = shortest_between(x, y, heading, ends[k, 0], ends[k, 1], ends[k, 2], radius, ALL_WORDS)
-        word, lengths, rest = found[1], found[2:5], shares[k] * found[0]
-        for segment in range(3):
-            driven = min(rest, lengths[segment])
-            x, y, heading = advanced(x, y, heading, turn_of(word, segment), driven, radius)
-            rest -= driven
-        out[k, 0], out[k, 1], out[k, 2] = x, y, heading
+        _, word, parts = steer(
+            car, starts[k, 0], starts[k, 1], starts[k, 2], ends[k, 0], ends[k, 1], ends[k, 2])
+        parts = cut(parts, shares[k] * total(parts))
+        out[k, 0], out[k, 1], out[k, 2] = way_end(car, starts[k, 0], starts[k, 1], starts[k, 2], word, parts)

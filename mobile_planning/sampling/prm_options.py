@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import InvalidInput
 from mobile_planning.sampling.neighbour_search import NeighborSearchStrategy
 from mobile_planning.sampling.samplers import SamplingStrategy
+from mobile_planning.sampling.steering import Steering
 
 Sampler = Callable[[np.random.Generator, int], ArrayLike]
 
@@ -56,8 +57,10 @@ class PRMOptions:
         How far apart the points of an edge are at which ``constraint`` is asked. Obstacles are checked exactly; the
         resolution of joints is that of their `JointSpace`.
     turning_radius : float, optional [m]
-        Plan for a car that drives forwards and turns no tighter: points are poses, edges Dubins paths. Without it the
-        edges are straight lines in the plane.
+        Plan for a car that turns no tighter: points are poses, edges its shortest paths. Without it the edges are
+        straight lines in the plane.
+    steering : Steering or str
+        Of the car: forwards only, or backwards too.
     sampler : SamplingStrategy or callable
         A callable takes a numpy Generator and how many points are wanted, and returns points (m, d).
     constraint : callable, optional
@@ -82,12 +85,14 @@ class PRMOptions:
     a_star_timeout: float = 1.0
     resolution: float = 0.05
     turning_radius: float | None = None
+    steering: Steering = Steering.DUBINS
     sampler: SamplingStrategy | Sampler = SamplingStrategy.UNIFORM
     constraint: Callable[[NDArray[np.float64]], ArrayLike] | None = None
     enhancements: int = 20
     stop_criterion: Callable[[], bool] | None = None
 
     def __post_init__(self):
+        object.__setattr__(self, 'steering', Steering(self.steering))
         for name, least in (('neighbor_count', 1), ('partial_index_dimensions', 1), ('enhancements', 0)):
             value = getattr(self, name)
             if value is not None and (not isinstance(value, Integral) or isinstance(value, bool) or value < least):

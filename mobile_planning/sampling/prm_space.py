@@ -4,7 +4,7 @@ from __future__ import annotations
 from mobile_planning.errors import InvalidInput
 from mobile_planning.sampling.prm_options import PRMOptions
 from mobile_planning.sampling.spaces import ConstrainedSpace, Space
-from mobile_planning.sampling.spaces_environment import DubinsSpace, PlaneSpace
+from mobile_planning.sampling.spaces_environment import CarSpace, PlaneSpace
 from mobile_planning.world.environment import Environment
 
 
@@ -18,7 +18,7 @@ def space_of(environment: Environment | Space, options: PRMOptions) -> Space:
     """
     if isinstance(environment, Environment):
         space = (PlaneSpace(environment) if options.turning_radius is None
-                 else DubinsSpace(environment, options.turning_radius))
+                 else CarSpace(environment, options.turning_radius, options.steering))
     elif options.turning_radius is not None:
         raise InvalidInput('a turning radius goes with an Environment, not with a space')
     else:

@@ -3,38 +3,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import (
-    Cancelled, GoalOccupied, GoalOutside, InvalidInput, PlanningTimeout, StartOccupied, StartOutside)
-from mobile_planning.geometry import wrap_angle
+from mobile_planning.errors import Cancelled, InvalidInput, PlanningTimeout
 from mobile_planning.sampling.local_planner import LocalPlanner
 from mobile_planning.sampling.plan_result import PlanResult, PlanStatus
-from mobile_planning.sampling.request import NB_ITERATION, as_pose, check_run, three_numbers
+from mobile_planning.sampling.request import NB_ITERATION, check_run, three_numbers
 from mobile_planning.sampling.rrt_graph import Edge, Graph, Node
 from mobile_planning.sampling.rrt_moves import RRTMoves
 from mobile_planning.sampling.rrt_options import RRTOptions
 from mobile_planning.sampling.rrt_search import Search
+from mobile_planning.sampling.rrt_setting import Setting
 from mobile_planning.sampling.track_result import result_of
 from mobile_planning.sampling.tree import Tree, planted
 from mobile_planning.stop_flag import StopFlag
-from mobile_planning.world.collision_space import TOUCH, CollisionSpace
 from mobile_planning.world.environment import Environment
 
-if TYPE_CHECKING:
-    from mobile_planning.sampling.rrt_kernels import Task
-
-# How deep a path may lie in what it touches [m]: rounding.
-_ALLOWED = 1e-9
 # Samples drawn before the clock is watched.
 _BURST = 200
-# Poses of the goal zone that are looked at before the goal is called occupied.
-_GOAL_POSES = 200
 
 
 class RRT(RRTMoves):
@@ -47,7 +36,7 @@ class RRT(RRTMoves):
     precision : (3,) array_like [m, m, rad]
         Half widths of the goal zone in x, y and psi; 0 is the goal itself.
     **options
-        Fields of `RRTOptions`: radius, speed, nb_options, max_extension, scouts, two_trees.
+        Fields of `RRTOptions`: radius, steering, speed, nb_options, max_extension, scouts, two_trees.
 
     Attributes
     ----------
@@ -89,30 +78,28 @@ class RRT(RRTMoves):
 
     def __init__(self, environment: Environment, precision: ArrayLike = (5, 5, 1), **options):
         self.options = RRTOptions(**options)
-        self.environment = environment
         self.precision = three_numbers(precision, 'precision')
         if min(self.precision) < 0:
             raise InvalidInput(f'precision {self.precision} has a number below 0')
-        self.local_planner = LocalPlanner(self.options.radius)
+        self.environment = environment
+        self.local_planner = LocalPlanner(self.options.radius, self.options.steering)
         self.goal_rate = 0.1
-        self.goal = self._tree = self._graph = self._path_node = None
+        self.goal = self._tree = self._graph = None
         self._begin = 0.0
 
     @property
     def environment(self) -> Environment:
         """The world; set it to another when the world has changed, and `prune` the tree."""
-        return self._environment
+        return self._setting.environment
 
     @environment.setter
     def environment(self, environment: Environment) -> None:
-        environment.bounds  # raises if the world has no extent
-        turns_on_the_spot = self.options.radius == 0 and environment.footprint.outline is not None
-        self._environment = environment.for_footprint(environment.footprint.reach) if turns_on_the_spot else environment
+        self._setting = Setting(environment, self.options, self.precision)
 
     @property
     def root(self) -> tuple[float, ...] | None:
         """The position of the root of the tree."""
-        return None if self._tree is None else self._position(self._tree.poses[0])
+        return None if self._tree is None else self._setting.position(self._tree.poses[0])
 
     @property
     def nodes(self) -> dict[tuple[float, ...], Node]:
@@ -141,14 +128,10 @@ class RRT(RRTMoves):
         StartOutside, StartOccupied
             If the robot cannot be there.
         """
-        pose = self._pose(start, 'start')
-        if not (np.isreal(time) and isfinite(time)):
-            raise InvalidInput(f'time {time} s is not a finite number')
-        self._check_inside(pose, StartOutside, 'start')
-        if not self.environment.free_poses(pose, time):
-            raise StartOccupied(f'start {self._position(pose)} is occupied')
+        pose = self._setting.pose(start, 'start')
+        self._setting.check_start(pose, time)
         self._begin = float(time)
-        self._plant(planted(pose, self.environment.bounds))
+        self._plant(planted(pose, self._setting.bounds))
 
     def run(
         self, goal: ArrayLike, nb_iteration: int = NB_ITERATION, goal_rate: float = 0.1, metric: str = 'local', *,
@@ -194,17 +177,18 @@ class RRT(RRTMoves):
         GoalOutside, GoalOccupied
             If no pose of the goal zone is free of what stands still.
         """
-        pose = self._pose(goal, 'goal')
+        pose = self._setting.pose(goal, 'goal')
         if self._tree is None:
             raise InvalidInput('set_start must come before run')
         check_run(nb_iteration, goal_rate, metric, deadline, seed)
-        self._check_goal(pose)
+        world, goal_is_free = self._setting.world(self._tree.poses[0], self._begin, pose)
         seed = int(np.random.SeedSequence().entropy % 2**63) if seed is None else int(seed)
-        self.goal, self.goal_rate = self._position(pose), float(goal_rate)
+        self.goal, self.goal_rate = self._setting.position(pose), float(goal_rate)
         budget = np.inf if deadline is not None and nb_iteration == NB_ITERATION else nb_iteration
         flag = StopFlag(None if deadline is None else float(deadline), cancel)
-        search = Search(self._space(pose), self._tree, self._task(pose, metric), seed, budget, flag.array, progress,
-                        self.options.scouts, self.options.two_trees)
+        task = self._setting.task(pose, self._begin, goal_rate, metric)
+        search = Search(world, self._tree, task, seed, budget, flag.array, progress, self.options.scouts,
+                        self.options.two_trees and goal_is_free)
         try:
             flag.check()
             # Most queries are answered before a thread that watches the clock would have begun.
@@ -229,9 +213,8 @@ class RRT(RRTMoves):
         """
         if self.goal is None:
             raise InvalidInput('there is no goal before the first run')
-        offset = np.abs(self._pose(sample, 'sample') - self._pose(self.goal, 'goal'))
-        offset[2] = abs(wrap_angle(offset[2])) if self.options.radius > 0 else 0.0
-        return bool((offset <= self.precision).all())
+        setting = self._setting
+        return setting.is_in_zone(setting.pose(sample, 'sample'), setting.pose(self.goal, 'goal'))
 
     def plot(self, file_name: str | Path = '', close: bool = False, nodes: bool = False):
         """Displays the tree using matplotlib, on a currently open figure.
@@ -261,53 +244,8 @@ class RRT(RRTMoves):
         if self._tree is None:
             raise InvalidInput('there is no tree before set_start')
         if self._graph is None:
-            self._graph = Graph(self._tree, self.options.radius, self._begin, self.options.speed)
+            self._graph = Graph(self._tree, self._setting.car, self._begin, self.options.speed)
         return self._graph
-
-    def _position(self, pose: NDArray[np.float64]) -> tuple[float, ...]:
-        """Return a pose as the caller names it: without heading where it means nothing."""
-        return tuple(pose[:3 if self.options.radius > 0 else 2].tolist())
-
-    def _pose(self, position: ArrayLike, name: str) -> NDArray[np.float64]:
-        """Return a position as a pose, the heading in (-pi, pi]; 0 where it means nothing."""
-        return as_pose(position, name, self.options.radius > 0)
-
-    def _check_goal(self, goal: NDArray[np.float64]) -> None:
-        """Refuse a goal whose zone has no pose free of what stands still."""
-        self._check_inside(goal, GoalOutside, 'goal')
-        still = self.environment.at_rest()
-        if still.free_poses(goal):
-            return
-        shifts = np.random.default_rng(0).uniform(-1, 1, (_GOAL_POSES, 3)) * self.precision
-        if not still.free_poses(goal + shifts).any():
-            raise GoalOccupied(f'goal {self._position(goal)} is occupied')
-
-    def _check_inside(self, pose, kind, name) -> None:
-        x_min, y_min, x_max, y_max = self.environment.bounds
-        if not (x_min <= pose[0] <= x_max and y_min <= pose[1] <= y_max):
-            raise kind(f'{name} {self._position(pose)} lies outside the world, '
-                       f'x {x_min:g} to {x_max:g} and y {y_min:g} to {y_max:g} m')
-
-    def _space(self, goal: NDArray[np.float64]) -> CollisionSpace:
-        """Return the world for the kernels; where start or goal touch something, paths may touch as much."""
-        from mobile_planning.world.collision_kernels import is_free
-
-        space = self.environment.space(_ALLOWED)
-        touches = not is_free(space, *self._tree.poses[0], self._begin)
-        if self.environment.moving:
-            return self.environment.space(TOUCH) if touches else space
-        touches |= not is_free(space, *goal, 0.0) and bool(self.environment.free_poses(goal))
-        return self.environment.space(TOUCH) if touches else space
-
-    def _task(self, goal: NDArray[np.float64], metric: str) -> Task:
-        options, bounds = self.options, self.environment.bounds
-        extension = options.max_extension
-        if extension is None:
-            extension = 4 * options.radius if options.radius > 0 else 0.1 * max(
-                bounds[2] - bounds[0], bounds[3] - bounds[1])
-        from mobile_planning.sampling.rrt_kernels import Task
-        return Task(goal, np.array(self.precision), float(options.radius), float(extension), float(options.speed),
-                    self._begin, self.goal_rate, options.nb_options, metric != 'local')
 
     def _result(self, search: Search, cancel: NDArray[np.uint8] | None) -> PlanResult:
         if search.history:
@@ -319,6 +257,6 @@ class RRT(RRTMoves):
             if cancel is not None and cancel[0]:
                 status = PlanStatus.CANCELLED
         return replace(
-            result_of(track, end, self.options.radius), status=status, seed=search.seed,
+            result_of(track, end, self._setting.car), status=status, seed=search.seed,
             history=tuple(search.history), iterations=search.iterations, nodes=search.tree.count,
             elapsed=search.elapsed)

@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.sampling.curve import TURN_OF, Curve
-from mobile_planning.sampling.dubins import WORDS, DubinsPath
+from mobile_planning.sampling.dubins import DubinsPath
 from mobile_planning.sampling.plan_result import SPACING
+from mobile_planning.sampling.reeds_shepp import ReedsSheppPath
+from mobile_planning.sampling.steering import DUBINS, LINES, Car
 from mobile_planning.sampling.tree import Tree, children
 
 Pose = tuple[float, ...]
@@ -80,8 +82,8 @@ class Graph:
     Parameters
     ----------
     tree : Tree
-    radius : float [m]
-        Turning radius; with 0 a position has no heading.
+    car : Car
+        A position of one that goes in straight lines has no heading.
     begin, speed : float [s], [m/s]
         When the root is left, and how fast.
 
@@ -94,8 +96,8 @@ class Graph:
         The number of each node in the tree.
     """
 
-    def __init__(self, tree: Tree, radius: float, begin: float, speed: float):
-        size = 3 if radius > 0 else 2
+    def __init__(self, tree: Tree, car: Car, begin: float, speed: float):
+        size = 2 if car.kind == LINES else 3
         positions = [tuple(pose) for pose in tree.poses[:tree.count, :size].tolist()]
         costs = tree.costs[:tree.count].tolist()
         self.numbers = {position: node for node, position in enumerate(positions)}
@@ -104,21 +106,25 @@ class Graph:
         for parent, position in enumerate(positions):
             for child in children(tree, parent):
                 self.nodes[position].destination_list.append(positions[child])
-                curve = curve_to(tree, child, radius)
+                curve = curve_to(tree, child, car)
                 self.edges[position, positions[child]] = Edge(
                     position, positions[child], lambda curve=curve: list(map(tuple, sampled(curve, size).tolist())),
-                    float(tree.lengths[child].sum()))
+                    float(np.abs(tree.lengths[child]).sum()))
 
 
-def curve_to(tree: Tree, node: int, radius: float) -> Curve:
+def curve_to(tree: Tree, node: int, car: Car) -> Curve:
     """Return the curve from a node's parent to it."""
     parent = tree.parents[node]
     x, y, heading = tree.poses[parent].tolist()
-    a, b, c = tree.lengths[node].tolist()
-    if radius > 0:
-        return DubinsPath((x, y, heading), WORDS[tree.words[node]], (a, b, c), radius)
-    dx, dy = (tree.poses[node, :2] - tree.poses[parent, :2]).tolist()
-    return Curve((x, y, float(np.arctan2(dy, dx))), 'S', (a,), 1.0)
+    lengths = tree.lengths[node]
+    if car.kind == LINES:
+        dx, dy = (tree.poses[node, :2] - tree.poses[parent, :2]).tolist()
+        return Curve((x, y, float(np.arctan2(dy, dx))), 'S', (float(lengths[0]),), car.radius)
+    turns = (int(tree.words[node]) >> 2 * np.arange(len(lengths)) & 3) - 1
+    if car.kind == DUBINS:
+        return DubinsPath((x, y, heading), word_of(turns[:3]), tuple(lengths[:3].tolist()), car.radius)
+    driven = lengths != 0
+    return ReedsSheppPath((x, y, heading), word_of(turns[driven]), tuple(lengths[driven].tolist()), car.radius)
 
 
 def sampled(curve: Curve, size: int) -> NDArray[np.float64]:

@@ -66,7 +66,7 @@ class RRTMoves:
             raise InvalidInput(f'nb_options {nb_options!r} is not a whole number of at least 1')
         if metric not in ('local', 'euclidean', 'euclidian'):
             raise InvalidInput(f'metric {metric!r} is none of local, euclidean, euclidian')
-        pose, nodes = self._pose(sample, 'sample'), list(self.nodes)
+        pose, nodes = self._setting.pose(sample, 'sample'), list(self.nodes)
         positions = self._tree.poses[:self._tree.count]
         lines = np.hypot(*(positions[:, :2] - pose[:2]).T)
         nearest = np.argsort(lines, kind='stable')
@@ -130,12 +130,13 @@ class RRTMoves:
 
         For an environment that has changed: set ``rrt.environment`` first.
         """
-        from mobile_planning.sampling.rrt_star_kernels import edge_is_free
+        from mobile_planning.sampling.rrt_kernels import edge_is_free
 
-        space, task = self._space(self._tree.poses[0]), self._task(self._tree.poses[0], 'local')
+        root = self._tree.poses[0]
+        world, task = self._setting.world_about(root, self._begin), self._setting.task(root, self._begin, 0.0, 'local')
         alive = [0]
         for node in alive:
-            alive += [child for child in children(self._tree, node) if edge_is_free(space, self._tree, task, child)]
+            alive += [child for child in children(self._tree, node) if edge_is_free(world, self._tree, task, child)]
         lost = self._tree.count - len(alive)
         if lost:
             self._plant(kept(self._tree, alive))
@@ -210,7 +211,7 @@ class RRTMoves:
         if inside:
             target = min(inside, key=lambda node: self._tree.costs[node])
         else:
-            goal = self._pose(self.goal, 'goal')
+            goal = self._setting.pose(self.goal, 'goal')
             away = np.hypot(*(self._tree.poses[1:self._tree.count, :2] - goal[:2]).T)
             target = int(np.argmin(away)) + 1
         return lineage(self._tree, target)[1]

@@ -40,7 +40,7 @@ def draw_tree_in(axes: Axes, rrt: RRT, nodes: bool = False, path: ArrayLike | No
 
     draw_environment(axes, rrt.environment)
     tree = rrt._tree
-    edges = [curve_to(tree, node, rrt.options.radius).sample(_SPACING) for node in range(1, tree.count)]
+    edges = [curve_to(tree, node, rrt._setting.car).sample(_SPACING) for node in range(1, tree.count)]
     trees.draw_tree(axes, edges, tree.poses[:tree.count] if nodes else None)
     if path is not None:
         maps.draw_path(axes, np.asarray(path)[:, :2])

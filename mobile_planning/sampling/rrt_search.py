@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.plan_result import Improvement
+from mobile_planning.sampling.steering import LINES
+from mobile_planning.sampling.surroundings import Surroundings
 from mobile_planning.sampling.track import Track, empty_track
 from mobile_planning.sampling.tree import Tree, lineage, planted, with_room
-from mobile_planning.world.collision_space import CollisionSpace
 
 if TYPE_CHECKING:
     from mobile_planning.sampling.rrt_kernels import Task
@@ -40,7 +41,7 @@ class Search:
 
     Parameters
     ----------
-    space : CollisionSpace
+    world : Surroundings
     tree : Tree
         From which to grow.
     task : Task
@@ -54,10 +55,10 @@ class Search:
     has_scouts : bool
         Whether to look for other ways with fresh trees.
     has_two_trees : bool
-        Whether a second tree grows from the goal, where it can.
+        Whether a second tree grows from the goal, where it can; the goal itself must be free.
     """
 
-    space: CollisionSpace
+    world: Surroundings
     tree: Tree
     task: Task
     seed: int
@@ -96,10 +97,8 @@ class Search:
     @property
     def _can_be_driven_back(self) -> bool:
         """Whether a way to the goal is free if and only if it is when driven from the goal back, turned round."""
-        from mobile_planning.world.collision_kernels import is_free
-
-        return (self.task.goal_rate > 0 and self.space.reach[3] == 0 and not len(self.space.body)
-                and is_free(self.space, *self.task.goal, 0.0))
+        space = self.world.space
+        return self.task.goal_rate > 0 and space.reach[3] == 0 and not len(space.body)
 
     def to_first_path(self, most: float = np.inf) -> None:
         """Grow the tree until it reaches the goal zone, with so many samples at most, or until the search is over."""
@@ -139,13 +138,13 @@ class Search:
 
         tree = self.tree if tree is None else tree
         nodes = np.array(lineage(tree, node))
-        track = empty_track(tree.poses[0], 6 * len(nodes) + 256)
-        write_track(tree, nodes, self.task.radius, track)
+        track = empty_track(tree.poses[0], 10 * len(nodes) + 256)
+        write_track(tree, nodes, self.task.car, track)
         return track
 
     def _nodes_in_zone(self) -> NDArray[np.int64]:
         offset = np.abs(self.tree.poses[:self.tree.count] - self.task.goal)
-        offset[:, 2] = np.abs(wrap_angle(offset[:, 2])) if self.task.radius > 0 else 0.0
+        offset[:, 2] = np.abs(wrap_angle(offset[:, 2])) if self.task.car.kind != LINES else 0.0
         return np.flatnonzero((offset <= self.task.precision).all(axis=1))
 
     def _from_goal(self) -> Tree | None:
@@ -162,7 +161,7 @@ class Search:
         while not self._is_over and self.iterations < end and tree.count < MOST_NODES:
             samples = int(min(_SAMPLES, self.budget - self.iterations, end - self.iterations))
             if other is None:
-                reason, node, made = grow(self.space, tree, self.task, self._random, samples, self.stop)
+                reason, node, made = grow(self.world, tree, self.task, self._random, samples, self.stop)
             else:
                 reason, tree, node, made = self._grow_both(tree, other, samples)
             self.iterations += made
@@ -178,11 +177,12 @@ class Search:
         """Grow both trees; return why that ended, the first tree, its node in the goal zone and the samples drawn."""
         from mobile_planning.sampling.meeting_kernels import grow_both, take_branch
         from mobile_planning.sampling.rrt_kernels import REACHED
+        from mobile_planning.sampling.tree_kernels import WAY_ROW
 
         count = max(self.task.nb_options, 10)
-        ids, ways = np.empty(count, np.int64), np.empty((count, 6))
+        ids, ways = np.empty(count, np.int64), np.empty((count, WAY_ROW))
         reason, node, joined, made = grow_both(
-            self.space, tree, other, self.task, self._random, samples, ids, ways, self.stop)
+            self.world, tree, other, self.task, self._random, samples, ids, ways, self.stop)
         if reason == REACHED and joined >= 0:
             tree = with_room(tree, other.count + 1)
             node = take_branch(tree, other, self.task, node, joined, ids, ways)
@@ -198,7 +198,7 @@ class Search:
         self.tree = with_room(self.tree, _STAR_SAMPLES + 1)
         self._forget_dear_goals()
         samples = int(min(_STAR_SAMPLES, self.budget - self.iterations))
-        _, made = grow_star(self.space, self.tree, self.task, self._random, self._goals, self.cost, _DENSITY, samples,
+        _, made = grow_star(self.world, self.tree, self.task, self._random, self._goals, self.cost, _DENSITY, samples,
                             self.stop)
         self.iterations += made
         self._take_best_of_tree()
@@ -242,8 +242,8 @@ class Search:
     def _shorten(self, track: Track, trials: int) -> None:
         from mobile_planning.sampling.track_kernels import shorten
 
-        shorten(self.space, track, track.copy(), self._random, self.task.radius, self.task.begin, self.task.speed,
-                trials, self.stop)
+        shorten(self.world, track, track.copy(), self._random, self.task.car, self.task.begin, self.task.speed, trials,
+                self.stop)
 
     def _offer(self, track: Track, end: NDArray[np.float64]) -> None:
         """Keep a track that is the shortest so far, and make it a branch of the tree."""
@@ -261,7 +261,7 @@ class Search:
         if self._raw <= self.cost * 1.001 or self._goals[0] + 2 > _GOALS:
             return
         self.tree = with_room(self.tree, 4 * self.track.count + 64)
-        node = graft(self.space, self.tree, self.task, self.track, *self.end)
+        node = graft(self.world, self.tree, self.task, self.track, *self.end)
         if node >= 0:
             if node not in self._goals[1:1 + self._goals[0]]:
                 self._goals[0] += 1

@@ -10,23 +10,14 @@ from numba import b1, f8, i8, njit, types, u1, void
 
 from mobile_planning.sampling.random_kernels import STATE, uniform
 from mobile_planning.sampling.rrt_kernels import (
-    EXHAUSTED, FULL, STOPPED, TASK, draw_sample, in_goal, wrapped)
-from mobile_planning.sampling.steering_kernels import cut, first_heading, steer, way_end, way_is_free
+    EXHAUSTED, FULL, STOP, STOPPED, TASK, draw_sample, extend, in_goal, leads_on)
+from mobile_planning.sampling.steering_kernels import first_heading, steer, total
+from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, pose_is_free, way_is_free
 from mobile_planning.sampling.tree_kernels import (
-    COUNT, IDS, ROWS, SAME, SIDE, TREE, adopt, cell_of, find_nearest, find_same, following, insert, leave)
-from mobile_planning.world.collision_kernels import is_free
-from mobile_planning.world.distance_kernels import SPACE
+    COUNT, IDS, SAME, SIDE, TREE, WAY_ROW, adopt, cell_of, following, leave, parts_to, set_parts)
 
 # Where obstacles move, a node with more nodes below it is not rerouted: each of their ways would be checked again.
 MOST_BELOW = 64
-
-
-@njit(f8(TASK, f8, f8), nogil=True, cache=True, _nrt=False)
-def to_go(task, x, y):
-    """Return a lower bound of the length [m] from a point to the goal zone."""
-    dx = max(abs(x - task.goal[0]) - task.precision[0], 0.0)
-    dy = max(abs(y - task.goal[1]) - task.precision[1], 0.0)
-    return np.sqrt(dx * dx + dy * dy)
 
 
 @njit(void(TREE, TASK, STATE, f8, f8[::1]), nogil=True, cache=True, _nrt=False)
@@ -67,8 +58,8 @@ def list_near(tree, x, y, radius, near):
     return found
 
 
-@njit(b1(SPACE, TREE, TASK, i8, f8), nogil=True, cache=True, _nrt=False)
-def free_when_earlier(space, tree, task, top, gain):
+@njit(b1(SURROUNDINGS, TREE, TASK, i8, f8), nogil=True, cache=True, _nrt=False)
+def free_when_earlier(world, tree, task, top, gain):
     """Return whether all ways below a node, not too many, stay free when they are driven earlier by so many metres."""
     node, seen = following(tree, top, top), 0
     while node >= 0:
@@ -76,96 +67,56 @@ def free_when_earlier(space, tree, task, top, gain):
         if seen > MOST_BELOW:
             return False
         parent = tree.parents[node]
-        heading = first_heading(tree.words[node], tree.poses[parent, 0], tree.poses[parent, 1],
-                                tree.poses[parent, 2], tree.poses[node, 0], tree.poses[node, 1])
-        if not way_is_free(space, tree.poses[parent, 0], tree.poses[parent, 1], heading, tree.words[node],
-                           tree.lengths[node, 0], tree.lengths[node, 1], tree.lengths[node, 2], task.radius,
+        x, y = tree.poses[parent, 0], tree.poses[parent, 1]
+        heading = first_heading(
+            tree.words[node], x, y, tree.poses[parent, 2], tree.poses[node, 0], tree.poses[node, 1])
+        if not way_is_free(world, task.car, x, y, heading, tree.words[node], parts_to(tree, node),
                            task.begin + (tree.costs[parent] - gain) / task.speed, task.speed):
             return False
         node = following(tree, node, top)
     return True
 
 
-@njit(b1(SPACE, TREE, TASK, i8, i8), nogil=True, cache=True, _nrt=False)
-def join_if_shorter(space, tree, task, parent, node):
+@njit(b1(SURROUNDINGS, TREE, TASK, i8, i8), nogil=True, cache=True, _nrt=False)
+def join_if_shorter(world, tree, task, parent, node):
     """Make ``parent`` the parent of ``node`` if that lowers its cost and the way is free; return whether it did."""
-    x, y, heading = tree.poses[parent, 0], tree.poses[parent, 1], tree.poses[parent, 2]
-    line = np.sqrt((tree.poses[node, 0] - x) ** 2 + (tree.poses[node, 1] - y) ** 2)
+    x, y, heading = tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2]
+    line = np.sqrt((x - tree.poses[parent, 0]) ** 2 + (y - tree.poses[parent, 1]) ** 2)
     if tree.costs[parent] + line >= tree.costs[node] - SAME:
         return False
-    length, word, a, b, c = steer(
-        x, y, heading, tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2], task.radius)
+    length, word, parts = steer(
+        task.car, tree.poses[parent, 0], tree.poses[parent, 1], tree.poses[parent, 2], x, y, heading)
     gain = tree.costs[node] - tree.costs[parent] - length
     # A child no dearer than its parent would make a circle.
     if gain <= SAME or length <= SAME or length > task.extension:
         return False
-    heading = first_heading(word, x, y, heading, tree.poses[node, 0], tree.poses[node, 1])
-    t = task.begin + tree.costs[parent] / task.speed
-    if not way_is_free(space, x, y, heading, word, a, b, c, task.radius, t, task.speed):
+    if not leads_on(world, tree, task, parent, x, y, heading, word, parts):
         return False
-    if space.reach[3] > 0.0 and not free_when_earlier(space, tree, task, node, gain):
+    if world.space.reach[3] > 0.0 and not free_when_earlier(world, tree, task, node, gain):
         return False
     leave(tree, node)
     adopt(tree, parent, node)
     tree.words[node] = word
-    tree.lengths[node, 0], tree.lengths[node, 1], tree.lengths[node, 2] = a, b, c
-    tree.costs[node] = tree.costs[parent] + length
+    set_parts(tree, node, parts)
+    tree.costs[node] = tree.costs[parent] + total(parts)
     below = following(tree, node, node)
     while below >= 0:
-        up = tree.parents[below]
         # From the parent each time, so that the sum holds to the last bit.
-        tree.costs[below] = tree.costs[up] + (
-            tree.lengths[below, 0] + tree.lengths[below, 1] + tree.lengths[below, 2])
+        tree.costs[below] = tree.costs[tree.parents[below]] + total(parts_to(tree, below))
         below = following(tree, below, node)
     return True
 
 
-@njit(i8(SPACE, TREE, TASK, f8[::1], IDS, ROWS, IDS, f8, f8), nogil=True, cache=True, _nrt=False)
-def extend_star(space, tree, task, sample, ids, ways, near, bound, reach):
-    """Grow the tree towards a sample, with the best parent near by, and reroute nodes through it; -1 if it did not."""
-    found = find_nearest(tree, sample[0], sample[1], sample[2], task.radius, task.by_line, ids, ways, task.nb_options)
-    for k in range(found):
-        length, word = ways[k, 1], int(ways[k, 2])
-        a, b, c = ways[k, 3], ways[k, 4], ways[k, 5]
-        if length <= SAME:
-            return -1
-        node = ids[k]
-        x, y, heading = tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2]
-        heading = first_heading(word, x, y, heading, sample[0], sample[1])
-        end_x, end_y, end_heading = sample[0], sample[1], sample[2]
-        if length > task.extension:
-            length = task.extension
-            a, b, c = cut(a, b, c, length)
-            end_x, end_y, end_heading = way_end(x, y, heading, word, a, b, c, task.radius)
-        if tree.costs[node] + length + to_go(task, end_x, end_y) >= bound:
-            continue
-        t = task.begin + tree.costs[node] / task.speed
-        if not way_is_free(space, x, y, heading, word, a, b, c, task.radius, t, task.speed):
-            continue
-        if find_same(tree, end_x, end_y, wrapped(end_heading)) >= 0:
-            continue
-        new = insert(tree, end_x, end_y, wrapped(end_heading), node, tree.costs[node] + (a + b + c), word, a, b, c)
-        count = list_near(tree, end_x, end_y, reach, near)
-        for j in range(count):
-            if near[j] != new:
-                join_if_shorter(space, tree, task, near[j], new)
-        for j in range(count):
-            if near[j] != new and near[j] != 0:
-                join_if_shorter(space, tree, task, new, near[j])
-        return new
-    return -1
-
-
-@njit(types.UniTuple(i8, 2)(SPACE, TREE, TASK, STATE, IDS, f8, f8, i8, u1[::1]), nogil=True, cache=True)
-def grow_star(space, tree, task, random, goals, bound, density, iterations, stop):
+@njit(types.UniTuple(i8, 2)(SURROUNDINGS, TREE, TASK, STATE, IDS, f8, f8, i8, STOP), nogil=True, cache=True)
+def grow_star(world, tree, task, random, goals, bound, density, iterations, stop):
     """Grow and reroute the tree; return why it ended, and the iterations made.
 
     ``goals`` lists the nodes in the goal zone: their number, then each. Nodes that cannot be part of a path shorter
-    than ``bound`` [m] are not added.
+    than ``bound`` [m] are not added. A new node gets the best parent near by, and others are rerouted through it.
     """
     sample, near = np.empty(3), np.empty(512, np.int64)
-    ids, ways = np.empty(task.nb_options, np.int64), np.empty((task.nb_options, 6))
-    is_static = space.reach[3] == 0.0
+    ids, ways = np.empty(task.nb_options, np.int64), np.empty((task.nb_options, WAY_ROW))
+    is_static = world.space.reach[3] == 0.0
     extent = np.sqrt((tree.box[2] - tree.box[0]) * (tree.box[3] - tree.box[1]))
     for iteration in range(iterations):
         if stop[0]:
@@ -173,23 +124,22 @@ def grow_star(space, tree, task, random, goals, bound, density, iterations, stop
         if tree.sizes[COUNT] == len(tree.poses) or goals[0] + 1 == len(goals):
             return FULL, iteration
         draw_informed(tree, task, random, bound, sample)
-        if is_static and not is_free(space, sample[0], sample[1], sample[2], 0.0):
+        if is_static and not pose_is_free(world, sample[0], sample[1], sample[2], 0.0):
             continue
         count = tree.sizes[COUNT] + 1.0
         reach = min(task.extension, density * extent * np.sqrt(np.log(count) / count))
-        node = extend_star(space, tree, task, sample, ids, ways, near, bound, reach)
-        if node >= 0 and in_goal(task, tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2]):
+        node = extend(world, tree, task, sample, ids, ways, bound)
+        if node < 0:
+            continue
+        count = list_near(tree, tree.poses[node, 0], tree.poses[node, 1], reach, near)
+        for j in range(count):
+            if near[j] != node:
+                join_if_shorter(world, tree, task, near[j], node)
+        for j in range(count):
+            if near[j] != node and near[j] != 0:
+                join_if_shorter(world, tree, task, node, near[j])
+        if in_goal(task, tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2]):
             goals[0] += 1
             goals[goals[0]] = node
             bound = min(bound, tree.costs[node])
     return EXHAUSTED, iterations
-
-
-@njit(b1(SPACE, TREE, TASK, i8), nogil=True, cache=True, _nrt=False)
-def edge_is_free(space, tree, task, node):
-    """Return whether the way from a node's parent to it is free, at the time when it is driven."""
-    parent = tree.parents[node]
-    x, y = tree.poses[parent, 0], tree.poses[parent, 1]
-    heading = first_heading(tree.words[node], x, y, tree.poses[parent, 2], tree.poses[node, 0], tree.poses[node, 1])
-    return way_is_free(space, x, y, heading, tree.words[node], tree.lengths[node, 0], tree.lengths[node, 1],
-                       tree.lengths[node, 2], task.radius, task.begin + tree.costs[parent] / task.speed, task.speed)

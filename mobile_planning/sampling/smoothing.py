@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import InvalidInput
 from mobile_planning.sampling.curve import poses_of, radius_of
 from mobile_planning.sampling.plan_result import Improvement, PlanResult
+from mobile_planning.sampling.steering import Steering, car_of
+from mobile_planning.sampling.surroundings import surroundings
 from mobile_planning.sampling.track import empty_track
 from mobile_planning.sampling.track_result import result_of
 from mobile_planning.stop_flag import StopFlag
@@ -21,7 +23,8 @@ _PORTION = 1000
 
 def smooth(
     path: ArrayLike, environment: Environment, radius: float, deadline: float | None = 1.0, seed: int | None = None, *,
-    nb_iteration: int = 20_000, speed: float = 1.0, begin: float = 0.0, cancel: NDArray[np.uint8] | None = None,
+    nb_iteration: int = 20_000, speed: float = 1.0, begin: float = 0.0,
+    steering: Steering = Steering.DUBINS, cancel: NDArray[np.uint8] | None = None,
 ) -> PlanResult:
     """Return the path made shorter, from the same start to the same end.
 
@@ -41,6 +44,8 @@ def smooth(
     speed : float [m/s]
     begin : float [s]
         When the path is begun, for obstacles that move.
+    steering : Steering or str
+        Of a car: forwards only, or backwards too.
     cancel : (1,) ndarray of uint8, optional
         Set ``cancel[0]`` from another thread to end it early.
 
@@ -67,34 +72,34 @@ def smooth(
 
     begun = time.perf_counter()
     radius = 0.0 if radius in (0, None) else radius_of(radius)
-    poses = _poses(path, radius)
+    poses, car = _poses(path, radius), car_of(radius, Steering(steering))
     for value, name in ((speed, 'speed [m/s]'), (nb_iteration, 'nb_iteration')):
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f'{name} {value!r} is not a finite number above 0')
     seed = int(np.random.SeedSequence().entropy % 2**63) if seed is None else int(seed)
     random = np.random.default_rng(seed).integers(2**64, size=1, dtype=np.uint64)
-    track = empty_track(poses[0], 3 * len(poses) + 256)
-    space = environment.space(TOUCH)
+    track = empty_track(poses[0], 5 * len(poses) + 256)
+    world = surroundings(environment.space(TOUCH), environment.bounds)
     if not environment.free_poses(poses[0], begin):
         raise InvalidInput(f'the path starts in an obstacle, at {poses[0].tolist()}')
-    failed = join_poses(space, poses, radius, begin, speed, track)
+    failed = join_poses(world, poses, car, begin, speed, track)
     if failed >= 0:
         raise InvalidInput(f'from pose {failed} of the path, {poses[failed].tolist()}, no free way leads to the next')
     # Only a path that touches something already may touch it.
-    strict = environment.space(1e-9)
-    if join_poses(strict, poses, radius, begin, speed, track.copy()) < 0:
-        space = strict
+    strict = surroundings(environment.space(1e-9), environment.bounds)
+    if join_poses(strict, poses, car, begin, speed, track.copy()) < 0:
+        world = strict
     history = [Improvement(time.perf_counter() - begun, track.length)]
     flag, made, spare = StopFlag(deadline, cancel), 0, track.copy()
     with flag:
         while made < nb_iteration and not flag.array[0]:
             if track.length == 0.0:
                 break
-            made += max(1, shorten(space, track, spare, random, radius, begin, speed,
+            made += max(1, shorten(world, track, spare, random, car, begin, speed,
                                    min(_PORTION, nb_iteration - made), flag.array))
             if track.length < history[-1].cost:
                 history.append(Improvement(time.perf_counter() - begun, track.length))
-    return replace(result_of(track, poses[-1], radius), seed=seed, history=tuple(history), iterations=made,
+    return replace(result_of(track, poses[-1], car), seed=seed, history=tuple(history), iterations=made,
                    elapsed=time.perf_counter() - begun)
 
 

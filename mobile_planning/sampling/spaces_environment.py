@@ -8,7 +8,10 @@ from mobile_planning.errors import InvalidInput
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.curve import radius_of
 from mobile_planning.sampling.dubins import dubins_lengths
+from mobile_planning.sampling.reeds_shepp import reeds_shepp_lengths
 from mobile_planning.sampling.spaces import NO_PLANE
+from mobile_planning.sampling.steering import Steering, car_of
+from mobile_planning.sampling.surroundings import surroundings
 from mobile_planning.world.environment import Environment
 
 # How deep an edge may lie in an obstacle: rounding, no more [m].
@@ -84,14 +87,16 @@ class PlaneSpace:
         return starts + (ends - starts) * shares[:, None]
 
 
-class DubinsSpace:
-    """Poses (x, y, heading) joined by the shortest Dubins paths: there is another way back than there.
+class CarSpace:
+    """Poses (x, y, heading) joined by the shortest paths of a car: one way there need not be one back.
 
     Parameters
     ----------
     environment : Environment
         As it is now.
     turning_radius : float [m]
+    steering : Steering
+        Forwards only, or backwards too.
 
     Raises
     ------
@@ -99,15 +104,18 @@ class DubinsSpace:
         If the environment has no bounds, or obstacles that move, or the radius is not above 0.
     """
 
+    # Of two Reeds-Shepp paths of one length, that back need not be the same curve as that there.
     is_directed = True
     lookahead = 64
     plane = NO_PLANE
 
-    def __init__(self, environment: Environment, turning_radius: float):
+    def __init__(self, environment: Environment, turning_radius: float, steering: Steering = Steering.DUBINS):
         x_min, y_min, x_max, y_max = _fixed_bounds(environment)
         self.low, self.high = np.array([x_min, y_min, -np.pi]), np.array([x_max, y_max, np.pi])
-        self._obstacles, self._radius = environment.space(_TOUCH), radius_of(turning_radius)
-        self.kind = f'Dubins paths of radius {self._radius!r} m'
+        self._world = surroundings(environment.space(_TOUCH), environment.bounds)
+        self._car, self._steering = car_of(radius_of(turning_radius), steering), steering
+        name = {Steering.DUBINS: 'Dubins', Steering.REEDS_SHEPP: 'Reeds-Shepp'}[steering]
+        self.kind = f'{name} paths of radius {self._car.radius!r} m'
 
     def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the poses with headings in (-pi, pi]."""
@@ -118,15 +126,16 @@ class DubinsSpace:
         return np.ascontiguousarray(points[:, :2])
 
     def lengths(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the lengths (n,) [m] of the shortest Dubins paths."""
-        return dubins_lengths(starts, ends, self._radius)
+        """Return the lengths (n,) [m] of the shortest paths."""
+        lengths = dubins_lengths if self._steering is Steering.DUBINS else reeds_shepp_lengths
+        return lengths(starts, ends, self._car.radius)
 
     def free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which poses (n, 3) are free."""
         from mobile_planning.sampling.edge_kernels import write_poses_free
 
         is_free = np.empty(len(points), bool)
-        write_poses_free(self._obstacles, np.ascontiguousarray(points), is_free)
+        write_poses_free(self._world, np.ascontiguousarray(points), is_free)
         return is_free
 
     def edges_free(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -134,8 +143,7 @@ class DubinsSpace:
         from mobile_planning.sampling.edge_kernels import write_curves_free
 
         is_free = np.empty(len(starts), bool)
-        write_curves_free(self._obstacles, np.ascontiguousarray(starts), np.ascontiguousarray(ends), self._radius,
-                          is_free)
+        write_curves_free(self._world, self._car, np.ascontiguousarray(starts), np.ascontiguousarray(ends), is_free)
         return is_free
 
     def interpolate(self, starts: NDArray[np.float64], ends: NDArray[np.float64],
@@ -144,7 +152,7 @@ class DubinsSpace:
         from mobile_planning.sampling.edge_kernels import write_curve_poses
 
         poses = np.empty((len(shares), 3))
-        write_curve_poses(np.ascontiguousarray(starts), np.ascontiguousarray(ends), self._radius,
+        write_curve_poses(self._car, np.ascontiguousarray(starts), np.ascontiguousarray(ends),
                           np.ascontiguousarray(shares), poses)
         poses[:, 2] = wrap_angle(poses[:, 2])
         return poses

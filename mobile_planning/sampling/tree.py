@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-# Cells of the table by which nodes are found, at most.
-_CELLS = 256 * 256
+#: Nodes a cell of the table by which nodes are found, on the average, before it is made finer; its cells, at most.
+CROWD, MOST_CELLS = 4, 256 * 256
 _FIRST_CAPACITY = 1024
 
 
@@ -20,9 +20,9 @@ class Tree(NamedTuple):
     parents: NDArray[np.int64]
     #: (n,) [m].
     costs: NDArray[np.float64]
-    #: (n,) code of the way from the parent.
+    #: (n,) word of the way from the parent.
     words: NDArray[np.int64]
-    #: (n, 3) the way's three lengths [m].
+    #: (n, 5) lengths of the way's parts [m], negative ones driven backwards.
     lengths: NDArray[np.float64]
     #: (n,) first child, next and previous sibling, -1 for none.
     child: NDArray[np.int64]
@@ -45,8 +45,8 @@ class Tree(NamedTuple):
 def planted(root: ArrayLike, box: ArrayLike, capacity: int = _FIRST_CAPACITY) -> Tree:
     """Return a tree of one node, with room for more."""
     tree = Tree(np.zeros((capacity, 3)), np.full(capacity, -1), np.zeros(capacity), np.zeros(capacity, np.int64),
-                np.zeros((capacity, 3)), np.full(capacity, -1), np.full(capacity, -1), np.full(capacity, -1),
-                np.empty(_CELLS, np.int64), np.full(capacity, -1), np.array([1, 1, 0, 0, 0, 0]), np.array(box, float))
+                np.zeros((capacity, 5)), np.full(capacity, -1), np.full(capacity, -1), np.full(capacity, -1),
+                np.empty(_cells(capacity), np.int64), np.full(capacity, -1), np.array([1, 1, 0, 0, 0, 0]), np.array(box, float))
     tree.poses[0] = root
     tree.heads[0] = 0
     return tree
@@ -60,7 +60,16 @@ def with_room(tree: Tree, more: int) -> Tree:
     grown = planted(tree.poses[0], tree.box, max(2 * capacity, tree.count + more))
     for name in ('poses', 'parents', 'costs', 'words', 'lengths', 'child', 'after', 'before', 'below'):
         getattr(grown, name)[:tree.count] = getattr(tree, name)[:tree.count]
-    return grown._replace(heads=tree.heads, sizes=tree.sizes)
+    grown.heads[:len(tree.heads)] = tree.heads
+    return grown._replace(sizes=tree.sizes)
+
+
+def _cells(capacity: int) -> int:
+    """Return how many cells the table of so many nodes may have: a power of four."""
+    cells = 16
+    while cells < MOST_CELLS and cells * CROWD < capacity:
+        cells *= 4
+    return cells
 
 
 def descendants(tree: Tree) -> NDArray[np.int64]:

@@ -6,8 +6,8 @@ shorter than the straight line, so cells are searched in rings until the next ri
 import numpy as np
 from numba import b1, f8, i8, njit, types, void
 
-from mobile_planning.sampling.steering_kernels import steer
-from mobile_planning.sampling.tree import Tree
+from mobile_planning.sampling.steering_kernels import CAR, LENGTHS, PARTS, steer
+from mobile_planning.sampling.tree import CROWD, Tree
 
 ROWS = f8[:, ::1]
 COLUMN, IDS = f8[::1], i8[::1]
@@ -18,9 +18,8 @@ COUNT, SIDE, LEFT, RIGHT, LOWEST, HIGHEST = range(6)
 SAME = 1e-9
 # The search for the nearest nodes ends when it has looked at so many and has as many as are wanted.
 _LOOKED_AT = 400
-# Nodes a cell on the average, before the table is made finer.
-_CROWD = 4
-_MOST_SIDE = 256
+#: Numbers of a row of ways.
+WAY_ROW = 3 + PARTS
 
 
 @njit(i8(TREE, f8, f8), nogil=True, cache=True, _nrt=False)
@@ -49,7 +48,7 @@ def index_again(tree):
     """Make the table as fine as the number of nodes asks for, and put every node into its cell."""
     count = tree.sizes[COUNT]
     side = 4
-    while side < _MOST_SIDE and side * side * _CROWD < count:
+    while 4 * side * side <= len(tree.heads) and side * side * CROWD < count:
         side *= 2
     tree.sizes[SIDE] = side
     for cell in range(side * side):
@@ -81,16 +80,37 @@ def leave(tree, node):
         tree.before[after] = before
 
 
-@njit(i8(TREE, f8, f8, f8, i8, f8, i8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
-def insert(tree, x, y, heading, parent, cost, word, a, b, c):
+@njit(void(TREE, i8, LENGTHS), nogil=True, cache=True, _nrt=False)
+def set_parts(tree, node, parts):
+    """Write the lengths of the parts of the way to a node."""
+    for k in range(PARTS):
+        tree.lengths[node, k] = parts[k]
+
+
+@njit(LENGTHS(TREE, i8), nogil=True, cache=True, _nrt=False)
+def parts_to(tree, node):
+    """Return the lengths of the parts of the way to a node."""
+    lengths = tree.lengths
+    return lengths[node, 0], lengths[node, 1], lengths[node, 2], lengths[node, 3], lengths[node, 4]
+
+
+@njit(types.Tuple((i8, LENGTHS))(ROWS, i8), nogil=True, cache=True, _nrt=False)
+def way_in(ways, k):
+    """Return word and parts of the way in a row of ``ways`` (see `find_nearest`)."""
+    return int(ways[k, 2]), (ways[k, 3], ways[k, 4], ways[k, 5], ways[k, 6], ways[k, 7])
+
+
+@njit(i8(TREE, f8, f8, f8, i8, f8, i8, LENGTHS), nogil=True, cache=True, _nrt=False)
+def insert(tree, x, y, heading, parent, cost, word, parts):
     """Add a node, with the way from its parent, and return its number."""
     node = tree.sizes[COUNT]
     tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2] = x, y, heading
     tree.costs[node], tree.words[node], tree.child[node] = cost, word, -1
-    tree.lengths[node, 0], tree.lengths[node, 1], tree.lengths[node, 2] = a, b, c
+    set_parts(tree, node, parts)
     tree.sizes[COUNT] = node + 1
     adopt(tree, parent, node)
-    if tree.sizes[SIDE] < _MOST_SIDE and node >= 4 * _CROWD * tree.sizes[SIDE] ** 2:
+    side = tree.sizes[SIDE]
+    if 4 * side * side <= len(tree.heads) and node >= 4 * CROWD * side * side:
         index_again(tree)
     else:
         put_into_cell(tree, node)
@@ -121,34 +141,35 @@ def following(tree, node, top):
     return -1
 
 
-@njit(i8(TREE, i8, f8, f8, f8, f8, b1, IDS, ROWS, i8, i8), nogil=True, cache=True, _nrt=False)
-def take_if_near(tree, node, x, y, heading, radius, by_line, ids, ways, wanted, found):
+@njit(i8(TREE, i8, f8, f8, f8, CAR, b1, IDS, ROWS, i8, i8), nogil=True, cache=True, _nrt=False)
+def take_if_near(tree, node, x, y, heading, car, by_line, ids, ways, wanted, found):
     """Put a node into its place among the nearest, if it is one of them; return how many there are now."""
     line = np.sqrt((tree.poses[node, 0] - x) ** 2 + (tree.poses[node, 1] - y) ** 2)
     if found == wanted and line >= ways[found - 1, 0]:
         return found
-    length, word, a, b, c = steer(
-        tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2], x, y, heading, radius)
+    length, word, parts = steer(
+        car, tree.poses[node, 0], tree.poses[node, 1], tree.poses[node, 2], x, y, heading)
     counts = line if by_line else length
     if found == wanted and counts >= ways[found - 1, 0]:
         return found
     place = found if found < wanted else found - 1
     while place > 0 and ways[place - 1, 0] > counts:
         ids[place] = ids[place - 1]
-        for k in range(6):
+        for k in range(WAY_ROW):
             ways[place, k] = ways[place - 1, k]
         place -= 1
     ids[place] = node
     ways[place, 0], ways[place, 1], ways[place, 2] = counts, length, word
-    ways[place, 3], ways[place, 4], ways[place, 5] = a, b, c
+    for k in range(PARTS):
+        ways[place, 3 + k] = parts[k]
     return min(found + 1, wanted)
 
 
-@njit(i8(TREE, f8, f8, f8, f8, b1, IDS, ROWS, i8), nogil=True, cache=True, _nrt=False)
-def find_nearest(tree, x, y, heading, radius, by_line, ids, ways, wanted):
+@njit(i8(TREE, f8, f8, f8, CAR, b1, IDS, ROWS, i8), nogil=True, cache=True, _nrt=False)
+def find_nearest(tree, x, y, heading, car, by_line, ids, ways, wanted):
     """Write the nodes with the shortest ways to a pose, the nearest first; return how many there are.
 
-    ``ways`` (n, 6) has for each of ``ids`` (n,) what counts, then length, word and three lengths. With ``by_line`` the
+    ``ways`` (n, 8) has for each of ``ids`` (n,) what counts, then length, word and five parts. With ``by_line`` the
     straight line counts, else the way. In a crowd the search ends early: nodes further away by the line may be missed.
     """
     side, found, looked_at = tree.sizes[SIDE], 0, 0
@@ -171,7 +192,7 @@ def find_nearest(tree, x, y, heading, radius, by_line, ids, ways, wanted):
                 if i >= left:
                     node = tree.heads[j * side + i]
                     while node >= 0:
-                        found = take_if_near(tree, node, x, y, heading, radius, by_line, ids, ways, wanted, found)
+                        found = take_if_near(tree, node, x, y, heading, car, by_line, ids, ways, wanted, found)
                         node, looked_at = tree.below[node], looked_at + 1
                 i += step
     return found

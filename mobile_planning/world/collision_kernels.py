@@ -9,7 +9,7 @@ POSES = types.Array(f8, 2, 'C', readonly=True)
 TIMES = types.Array(f8, 1, 'C', readonly=True)
 
 
-@njit(f8(SPACE, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(f8(SPACE, f8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def disc_room(space, x, y, t):
     """Return the room [m] of a disc at a time [s], negative where it overlaps."""
     room = depth_in(space.box, x, y)
@@ -25,7 +25,7 @@ def disc_room(space, x, y, t):
     return room - space.reach[0]
 
 
-@njit(f8(SPACE, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(f8(SPACE, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def room_at(space, x, y, heading, t):
     """Return the room [m] of the robot at a pose and time [s]; of an outline that overlaps it is minus infinity."""
     if len(space.body):

@@ -55,7 +55,7 @@ def squared_to_box(boxes, k, x, y):
     return dx * dx + dy * dy
 
 
-@njit(f8(SPACE, i8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(f8(SPACE, i8, f8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def squared_to_block(space, block, x, y, least):
     """Return the squared distance from a point to the nearest edge of a block, or ``least`` if that is less."""
     for k in range(space.first[block], space.first[block + 1]):
@@ -64,7 +64,7 @@ def squared_to_block(space, block, x, y, least):
     return least
 
 
-@njit(b1(SPACE, i8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(b1(SPACE, i8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def is_inside(space, group, x, y):
     """Return whether a point lies inside the polygons of a group: the ray to +x crosses an odd number of edges.
 
@@ -81,7 +81,7 @@ def is_inside(space, group, x, y):
     return inside
 
 
-@njit(f8(SPACE, i8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(f8(SPACE, i8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def to_group(space, group, x, y):
     """Return the signed distance [m] from a point to the polygons of a group, in the group's frame."""
     least = np.inf

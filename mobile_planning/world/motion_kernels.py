@@ -47,7 +47,7 @@ def extent_of(x, y, heading, turn, length, radius):
     return x_min, y_min, x_max, y_max
 
 
-@njit(b1(SPACE, i8, i8, f8, f8, f8, i8, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(b1(SPACE, i8, i8, f8, f8, f8, i8, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def passes_block(space, group, block, x, y, heading, turn, length, radius, vx, vy):
     """Return whether a disc passes a block of edges, which moves by (vx, vy) for each metre that the disc drives."""
     disc, allowed, total = space.reach[0], space.reach[2], abs(length)
@@ -69,7 +69,7 @@ def passes_block(space, group, block, x, y, heading, turn, length, radius, vx, v
         place = min(total, place + max(room, LEAST_STEP) / pace)
 
 
-@njit(b1(SPACE, i8, i8, f8, f8, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(b1(SPACE, i8, i8, f8, f8, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def passes_straight(space, group, block, x, y, heading, length, vx, vy):
     """Return whether a disc that drives straight passes a block of edges (see `passes_block`)."""
     total = abs(length)
@@ -91,7 +91,7 @@ def passes_straight(space, group, block, x, y, heading, length, vx, vy):
     return passes_block(space, group, block, x, y, heading, 0, length, 1.0, vx, vy)
 
 
-@njit(b1(SPACE, f8, f8, f8, i8, f8, f8, f8, f8, BOX), nogil=True, cache=True, _nrt=False)
+@njit(b1(SPACE, f8, f8, f8, i8, f8, f8, f8, f8, BOX), nogil=True, cache=True, _nrt=False, forceinline=True)
 def passes_polygons(space, x, y, heading, turn, length, radius, t, speed, extent):
     """Return whether a disc passes all polygons on one segment that begins at time t [s]."""
     disc, total = space.reach[0], abs(length)
@@ -114,7 +114,7 @@ def passes_polygons(space, x, y, heading, turn, length, radius, t, speed, extent
     return True
 
 
-@njit(b1(SPACE, i8, f8, f8, f8, i8, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+@njit(b1(SPACE, i8, f8, f8, f8, i8, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False, forceinline=True)
 def passes_circle(space, k, x, y, heading, turn, length, radius, vx, vy):
     """Return whether a disc passes one circle that moves by (vx, vy) for each metre that the disc drives.
 
@@ -136,7 +136,7 @@ def passes_circle(space, k, x, y, heading, turn, length, radius, vx, vy):
         place = min(total, place + max(room, LEAST_STEP) / pace)
 
 
-@njit(b1(SPACE, f8, f8, f8, i8, f8, f8, f8, f8, BOX), nogil=True, cache=True, _nrt=False)
+@njit(b1(SPACE, f8, f8, f8, i8, f8, f8, f8, f8, BOX), nogil=True, cache=True, _nrt=False, forceinline=True)
 def passes_circles(space, x, y, heading, turn, length, radius, t, speed, extent):
     """Return whether a disc passes all circles on one segment that begins at time t [s]."""
     disc, total = space.reach[0], abs(length)

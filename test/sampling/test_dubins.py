@@ -3,8 +3,8 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import assume, given
+from hypothesis import assume, strategies as st
 
 from mobile_planning import DubinsPath, InvalidInput, NoPath, dubins_lengths, dubins_options, dubins_shortest
 from mobile_planning.sampling.dubins import WORDS
@@ -137,6 +137,8 @@ def test_headings_may_be_given_in_any_turn(start, goal, radius):
 
 @given(POSES, POSES, RADII, st.floats(0.05, 2))
 def test_samples_are_close_and_headed_along_the_path(start, goal, radius, step):
+    # From half a circle on a chord does not tell which way round the arc went.
+    assume(step < 3 * radius)
     path = dubins_shortest(start, goal, radius)
     poses = path.sample(step)
     moves = np.diff(poses[:, :2], axis=0)

@@ -53,12 +53,12 @@ def test_a_goal_behind_a_wall_of_cells_is_not_reached_and_one_beside_it_is(star)
 def test_once_the_flag_stands_no_sample_is_drawn(star):
     rrt, stop = rrt_on(Environment(Boundary((0, 100), (0, 100)), SEALED)), np.ones(1, np.uint8)
     goal = np.array((70.0, 50.0, 0.0))
-    space, task = rrt._space(goal), rrt._task(goal, 'local')
+    world, task = rrt._setting.world_about(goal, 0.0), rrt._setting.task(goal, 0.0, 0.1, 'local')
     tree, random = with_room(planted((10, 50, 0), rrt.environment.bounds), 100), np.array([7], np.uint64)
     if star:
-        reason, made = grow_star(space, tree, task, random, np.zeros(9, np.int64), np.inf, 0.5, 10**9, stop)
+        reason, made = grow_star(world, tree, task, random, np.zeros(9, np.int64), np.inf, 0.5, 10**9, stop)
     else:
-        reason, _, made = grow(space, tree, task, random, 10**9, stop)
+        reason, _, made = grow(world, tree, task, random, 10**9, stop)
     assert (reason, made, tree.count, random[0]) == (STOPPED, 0, 1, 7)
 
 

@@ -26,7 +26,7 @@ from mobile_planning.sampling.prm_options import CollisionCheckingStrategy, Shor
 from mobile_planning.sampling.problem import load_problem
 from mobile_planning.sampling.samplers import SamplingStrategy
 from mobile_planning.sampling.spaces import JointSpace, joint_weights
-from mobile_planning.sampling.spaces_environment import DubinsSpace, PlaneSpace
+from mobile_planning.sampling.spaces_environment import CarSpace, PlaneSpace
 
 PROBLEMS = Path(__file__).resolve().parent.parent / 'data' / 'sampling'
 seeds = st.integers(0, 2**31)
@@ -46,7 +46,7 @@ def arm(environment):
 
 def spaces(environment):
     """Return a space of each kind."""
-    return {'plane': PlaneSpace(environment), 'dubins': DubinsSpace(environment, 0.6), 'joints': arm(environment)}
+    return {'plane': PlaneSpace(environment), 'dubins': CarSpace(environment, 0.6), 'joints': arm(environment)}
 
 
 kinds = st.sampled_from(('plane', 'dubins', 'joints'))

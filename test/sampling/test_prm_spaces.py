@@ -10,7 +10,7 @@ from mobile_planning.errors import InvalidInput
 from mobile_planning.sampling.dubins import dubins_shortest
 from mobile_planning.sampling.samplers import SampleStream, SamplingStrategy, beside_obstacles, bridges
 from mobile_planning.sampling.spaces import ConstrainedSpace, JointSpace, free_between, joint_weights
-from mobile_planning.sampling.spaces_environment import DubinsSpace, PlaneSpace
+from mobile_planning.sampling.spaces_environment import CarSpace, PlaneSpace
 from mobile_planning.stop_flag import StopFlag
 from prm_worlds import NARROW, SIZE, environments
 
@@ -64,7 +64,7 @@ def test_no_line_slips_through_a_wall_whatever_its_steps_are():
 @settings(max_examples=25)
 @given(environments(footprint=st.sampled_from((0.0, 0.2))), seeds, st.sampled_from((0.3, 1.0)))
 def test_a_curve_is_free_just_if_all_of_its_poses_are(environment, seed, radius):
-    space, random = DubinsSpace(environment, radius), np.random.default_rng(seed)
+    space, random = CarSpace(environment, radius), np.random.default_rng(seed)
     starts, ends = (free_points(space, random, 60) for _ in range(2))
     pairs = min(len(starts), len(ends))
     starts, ends = starts[:pairs], ends[:pairs]
@@ -77,7 +77,7 @@ def test_a_curve_is_free_just_if_all_of_its_poses_are(environment, seed, radius)
 
 @given(seeds)
 def test_points_between_lie_where_the_dubins_path_has_them(seed):
-    space, random = DubinsSpace(Environment(Boundary((0, 10), (0, 10))), 0.7), np.random.default_rng(seed)
+    space, random = CarSpace(Environment(Boundary((0, 10), (0, 10))), 0.7), np.random.default_rng(seed)
     starts, ends = (random.uniform(space.low, space.high, (10, 3)) for _ in range(2))
     shares = np.concatenate([[0.0, 1.0], random.uniform(size=8)])
     for start, end, share, pose in zip(starts, ends, shares, space.interpolate(starts, ends, shares)):
@@ -89,7 +89,7 @@ def test_points_between_lie_where_the_dubins_path_has_them(seed):
 
 def test_lengths_are_never_below_the_distance_of_the_coordinates():
     random, world = np.random.default_rng(0), Environment(Boundary((0, 9), (0, 5)))
-    for space in (PlaneSpace(world), DubinsSpace(world, 1),
+    for space in (PlaneSpace(world), CarSpace(world, 1),
                   JointSpace([0, -1, 2], [1, 2, 3], lambda q: q[:, 0] > 0, weights=[1, 2, 0.1])):
         a, b = (random.uniform(space.low, space.high, (300, len(space.low))) for _ in range(2))
         distances = np.linalg.norm(space.coordinates(a) - space.coordinates(b), axis=1)
@@ -164,7 +164,7 @@ def test_a_world_without_bounds_is_no_plane_and_a_car_turns_somehow():
     with pytest.raises(InvalidInput):
         PlaneSpace(Environment())
     with pytest.raises(InvalidInput):
-        DubinsSpace(Environment(Boundary((0, 1), (0, 1))), 0.0)
+        CarSpace(Environment(Boundary((0, 1), (0, 1))), 0.0)
 
 
 def test_bridges_stand_in_narrow_passages():

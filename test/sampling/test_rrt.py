@@ -51,7 +51,7 @@ def assert_sound(rrt, result, start, speed=1.0):
     steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
     assert steps.max(initial=0) <= 0.05 + 1e-9
     if rrt.options.radius > 0:
-        assert sum(result.lengths) == pytest.approx(result.cost, abs=1e-9)
+        assert sum(map(abs, result.lengths)) == pytest.approx(result.cost, abs=1e-9)
         assert set(result.word) <= set('LSR')
         # An arc of turn a is longer than its chord by a / 2 over sin(a / 2), whose bend is 1 / radius.
         turns = np.abs(np.angle(np.exp(1j * np.diff(path[:, 2]))))
@@ -189,12 +189,13 @@ def test_rewiring_asks_for_ways_in_their_own_direction():
     problem, rrt = problem_named('u_turn_slot')
     first = rrt.run(problem.goal, 10**6, seed=1)
     from mobile_planning.sampling.rrt_star_kernels import grow_star
-    search = Search(rrt._space(np.array(problem.goal)), rrt._tree, rrt._task(np.array(problem.goal), 'local'), 7,
-                    1e6, np.zeros(1, np.uint8))
+    goal = np.array(problem.goal)
+    search = Search(rrt._setting.world_about(goal, 0.0), rrt._tree, rrt._setting.task(goal, 0.0, 0.1, 'local'), 7, 1e6,
+                    np.zeros(1, np.uint8))
     search.to_first_path()
     from mobile_planning.sampling.tree import with_room
     tree = with_room(search.tree, 5000)
-    grow_star(search.space, tree, search.task, search._random, search._goals, np.inf, 0.5, 4000, search.stop)
+    grow_star(search.world, tree, search.task, search._random, search._goals, np.inf, 0.5, 4000, search.stop)
     cost = tree.costs[search._goals[1:1 + search._goals[0]]].min()
     assert cost <= 1.05 * problem.best_known['cost'] and cost <= first.cost
 

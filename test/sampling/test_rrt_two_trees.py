@@ -7,26 +7,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_rrt import assert_sound, assert_tree, forest, planted
 
-from mobile_planning import RRT, Boundary, Environment, Footprint, RectangleObstacle, dubins_shortest, load_problem
-from mobile_planning.sampling.meeting_kernels import driven_back
+from mobile_planning import RRT, Boundary, Environment, Footprint, RectangleObstacle, Steering, load_problem
 from mobile_planning.sampling.rrt_search import Search
+from mobile_planning.sampling.steering import car_of
+from mobile_planning.sampling.steering_kernels import cut, driven_back, steer, way_end
 
 FOLDER = Path(__file__).resolve().parent.parent / 'data' / 'sampling'
-WORDS = ('LSL', 'RSR', 'RSL', 'LSR', 'RLR', 'LRL')
 POSES = st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3.1, 3.1))
 
 
-@given(POSES, POSES)
-def test_a_way_driven_back_is_a_dubins_path_of_the_poses_turned_round(start, goal):
-    path = dubins_shortest(start, goal, 2.0)
-    word, *lengths = driven_back(WORDS.index(path.word), *path.lengths)
-    about = (goal[0], goal[1], goal[2] + np.pi), (start[0], start[1], start[2] + np.pi)
-    back = type(path)(about[0], WORDS[word], tuple(lengths), 2.0)
-    assert back.length == pytest.approx(path.length)
+@given(POSES, POSES, st.sampled_from(Steering))
+def test_a_way_driven_back_is_a_way_of_the_poses_turned_round(start, goal, steering):
+    car = car_of(2.0, steering)
+    length, word, parts = steer(car, *start, *goal)
+    back, back_parts = driven_back(word, parts)
     for share in (0.25, 0.5, 1.0):
-        there, here = back.pose_at(share * back.length), path.pose_at((1 - share) * path.length)
-        assert there[:2] == pytest.approx(here[:2], abs=1e-8)
-        assert np.cos(there[2] - here[2]) == pytest.approx(-1)
+        x, y, heading = way_end(car, goal[0], goal[1], goal[2] + np.pi, back, cut(back_parts, share * length))
+        there = way_end(car, *start, word, cut(parts, (1 - share) * length))
+        assert (x, y) == pytest.approx(there[:2], abs=1e-8)
+        assert np.cos(heading - there[2]) == pytest.approx(-1)
 
 
 @settings(max_examples=10)
@@ -62,8 +61,11 @@ def test_there_is_one_tree_where_ways_cannot_be_driven_back(change):
     rrt = planted(world)
     rrt.goal_rate = 0.0 if change == 'goal_rate' else 0.1
     goal = np.array((96.0, 50.0, 0.0))
-    search = Search(rrt._space(goal), rrt._tree, rrt._task(goal, 'local'), 1, 10, np.zeros(1, np.uint8))
-    assert not search.has_two_trees
-    still = planted(forest())
-    assert Search(still._space(goal), still._tree, still._task(goal, 'local'), 1, 10,
-                  np.zeros(1, np.uint8)).has_two_trees
+    assert not has_two_trees(rrt, goal) and has_two_trees(planted(forest()), goal)
+
+
+def has_two_trees(rrt, goal):
+    """Return whether a search of the planner would grow a second tree."""
+    world, goal_is_free = rrt._setting.world(rrt._tree.poses[0], 0.0, goal)
+    task = rrt._setting.task(goal, 0.0, rrt.goal_rate, 'local')
+    return Search(world, rrt._tree, task, 1, 10, np.zeros(1, np.uint8), has_two_trees=goal_is_free).has_two_trees
