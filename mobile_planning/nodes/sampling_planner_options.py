@@ -15,7 +15,7 @@ class SamplingPlannerOptions:
     map_topic: str = option('map', 'latched topic of the map', read_only=True)
     obstacles_topic: str = option('obstacles', 'latched topic of the obstacles beside the map', read_only=True)
     default_planner: str = option('rrt', 'planner of a request that names none: rrt, rrt_star, prm, prm_dubins or '
-                                 'prm_reeds_shepp')
+                                  'prm_reeds_shepp')
     default_deadline: float = option(2.0, 'time for a request that gives none [s]', low=1e-3, high=3600.0)
     turning_radius: float = option(0.5, 'least turning radius of the car, of all planners but prm [m]',
                                    low=0.001, high=1000.0)
@@ -36,5 +36,5 @@ class SamplingPlannerOptions:
         """Return what the library is told."""
         return SamplingOptions(
             default_planner=self.default_planner, turning_radius=self.turning_radius, steering=self.steering,
-            robot_radius=self.robot_radius, speed=self.speed, precision=tuple(self.precision), roadmap_nodes=self.roadmap_nodes,
-            unknown_is_free=self.unknown_is_free)
+            robot_radius=self.robot_radius, speed=self.speed, precision=tuple(self.precision),
+            roadmap_nodes=self.roadmap_nodes, unknown_is_free=self.unknown_is_free)

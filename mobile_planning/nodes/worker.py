@@ -130,6 +130,9 @@ class Worker:
                 self._answer(future.set_result, future, function(*args))
             except Exception as error:
                 self._answer(future.set_exception, future, error)
+                if self.stop[0]:
+                    # Who waited may be gone with the executor: rclpy would complain that nobody asked for it.
+                    future.exception()
             self._ring()
 
     @staticmethod

@@ -6,7 +6,7 @@ nodes are reached at a lower cost from the new one. Samples are drawn where a pa
 Gammell, Srinivasa and Barfoot (2014), Informed RRT*.
 """
 import numpy as np
-from numba import b1, f8, i8, njit, types, u1, void
+from numba import b1, f8, i8, njit, types, void
 
 from mobile_planning.sampling.random_kernels import STATE, uniform
 from mobile_planning.sampling.rrt_kernels import (

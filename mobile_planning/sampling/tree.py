@@ -46,7 +46,8 @@ def planted(root: ArrayLike, box: ArrayLike, capacity: int = _FIRST_CAPACITY) ->
     """Return a tree of one node, with room for more."""
     tree = Tree(np.zeros((capacity, 3)), np.full(capacity, -1), np.zeros(capacity), np.zeros(capacity, np.int64),
                 np.zeros((capacity, 5)), np.full(capacity, -1), np.full(capacity, -1), np.full(capacity, -1),
-                np.empty(_cells(capacity), np.int64), np.full(capacity, -1), np.array([1, 1, 0, 0, 0, 0]), np.array(box, float))
+                np.empty(_cells(capacity), np.int64), np.full(capacity, -1), np.array([1, 1, 0, 0, 0, 0]),
+                np.array(box, float))
     tree.poses[0] = root
     tree.heads[0] = 0
     return tree

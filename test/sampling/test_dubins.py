@@ -4,7 +4,7 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from hypothesis import assume, strategies as st
+from hypothesis import strategies as st
 
 from mobile_planning import DubinsPath, InvalidInput, NoPath, dubins_lengths, dubins_options, dubins_shortest
 from mobile_planning.sampling.dubins import WORDS
