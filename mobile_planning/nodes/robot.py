@@ -193,6 +193,9 @@ class RobotNode(Node):
     def _solution(self):
         """Return what the body has driven under all processes of the robot."""
         latest = self._agent.solution
+        if not np.isnan(latest.commits[0]):
+            # Older ones have been left out since: what came before them does not join on.
+            self._history = ()
         return replace(latest, plans=(*(entry.plan for entry in self._history), *latest.plans),
                        commits=(*(entry.commit for entry in self._history), *latest.commits))
 

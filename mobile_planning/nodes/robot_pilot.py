@@ -25,6 +25,7 @@ from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.pilot import Pilot, PilotStatus
 from mobile_planning.fleet.pilot_link import PilotLink, PilotNews, PilotTask
+from mobile_planning.fleet.seat import Seat
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.control_loop import ControlLoop
 from mobile_planning.nodes.convert_pose import command_message
@@ -37,36 +38,6 @@ from mobile_planning.nodes.spin import StopSignals, spin_until
 _SETTLING = 0.5
 #: A body that does not come to the end of its plan, and a clock that stands still, are not waited for longer [s].
 _PATIENCE = 10.0
-
-
-class Seat:
-    """Who has it drives the base of that name; it is free again once the process has ended, however.
-
-    Parameters
-    ----------
-    name : str
-
-    Examples
-    --------
-    >>> first, second = Seat('example'), Seat('example')
-    >>> first.take(), first.take(), second.take()
-    (True, True, False)
-    """
-
-    def __init__(self, name: str):
-        # The name is one of the kernel, not of a file: nothing is left behind.
-        self._name, self._socket, self._is_taken = f'\0mobile_planning pilot {name}', None, False
-
-    def take(self) -> bool:
-        """Return whether the seat is taken by this object, now or before."""
-        if not self._is_taken:
-            self._socket = self._socket or socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-            try:
-                self._socket.bind(self._name)
-                self._is_taken = True
-            except OSError:
-                pass  # another process has it
-        return self._is_taken
 
 
 class RobotPilot(Node):
