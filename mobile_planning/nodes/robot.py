@@ -54,11 +54,12 @@ class RobotNode(Node):
         options = Parameters(self, RobotOptions).values
         self._frame, self._guard = options.frame_id, Guard(self)
         self.robot_id, scene = options.robot_id if robot_id is None else robot_id, options.load_scene()
-        self.needs_map, spec = scene.on_map, scene.spec(self.robot_id)
-        tracker = options.tracker(spec.u_max)
-        self._own_host = RobotHost(self, self._guard, options) if host is None else None
-        self.host = host or self._own_host
+        self.needs_map = scene.on_map
         try:
+            spec = scene.spec(self.robot_id)
+            tracker = options.tracker(spec.u_max)
+            self._own_host = RobotHost(self, self._guard, options) if host is None else None
+            self.host = host or self._own_host
             self._body = make_body(self, self._guard, options, self.robot_id, tracker, self._on_pose)
             self._agent = self._make_agent(scene, options)
         except BaseException:

@@ -61,7 +61,7 @@ def test_without_a_list_there_is_one_robot_with_the_name_that_it_is_given(ros, s
 def test_one_that_is_not_in_the_scene_is_refused_and_none_is_left_behind(ros, scene):
     with pytest.raises(InvalidInput, match='not 9'):
         ros.add(make_robots, scene=scene, robots=[2, 9])
-    assert not [name for name in ros.node.get_node_names() if name.startswith('robot')]
+    ros.until(lambda: not [name for name in ros.node.get_node_names() if name.startswith('robot')])
 
 
 def test_as_a_process_they_stop_on_a_signal(fleet, start, scene):
