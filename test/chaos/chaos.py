@@ -193,7 +193,8 @@ class Run:
             violations.append(f'two bodies came as near as {gap:.4f} m, their radii need {need:.4f} m')
         noticed, back = [], []
         for name, gone in self._gone.items():
-            if name.startswith('robot_'):
+            # Nobody misses a robot before the mission: those are the ones that it waits for.
+            if name.startswith('robot_') and gone >= history.start:
                 robot = int(name.removeprefix('robot_'))
                 noticed.append(history.noticed(robot, gone, [each for each in self._robots if each != robot]))
                 if not any(blow.frozen for blow in self._storm.blows if blow.target == name):

@@ -77,7 +77,7 @@ def matrix(robots: Sequence[int], seed: int) -> list[Storm]:
     weathers = {'loss 10 %': Weather(loss=0.1), 'loss 20 %': Weather(loss=0.2), 'loss 35 %': Weather(loss=0.35),
                 'loss 50 %': Weather(loss=0.5), 'delay 100 ms': Weather(delay=0.1), 'delay 300 ms': Weather(delay=0.3),
                 'jitter 100 ms': Weather(jitter=0.1), 'duplicates 30 %': Weather(duplicates=0.3),
-                'rate 1 Mbit/s': Weather(rate=1e6), 'rough': rough}
+                'rate 4 Mbit/s': Weather(rate=4e6), 'rough': rough}
     return [
         Storm('calm'), *(Storm(name, weather) for name, weather in weathers.items()),
         Storm('start: loss 40 %', Weather(loss=0.4), begin=Begin.PROCESSES),
