@@ -192,11 +192,12 @@ class Run:
         if gap < need:
             violations.append(f'two bodies came as near as {gap:.4f} m, their radii need {need:.4f} m')
         noticed, back = [], []
+        witnesses = [robot for robot in self._robots if f'robot_{robot}' not in self._gone]
         for name, gone in self._gone.items():
             # Nobody misses a robot before the mission: those are the ones that it waits for.
             if name.startswith('robot_') and gone >= history.start:
                 robot = int(name.removeprefix('robot_'))
-                noticed.append(history.noticed(robot, gone, [each for each in self._robots if each != robot]))
+                noticed += [history.noticed(robot, gone, witnesses)] if witnesses else []
                 if not any(blow.frozen for blow in self._storm.blows if blow.target == name):
                     back.append(history.back(robot, gone))
         healed = history.heard_again(self._healed, self._homes) if np.isfinite(self._healed) else np.nan
