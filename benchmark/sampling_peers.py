@@ -69,7 +69,8 @@ class Ompl:
         setup.getSpaceInformation().setStateValidityCheckingResolution(0.1 / self.space.getMaximumExtent())
         setup.setStartAndGoalStates(self._state(self._problem.start), self._state(self._problem.goal), 0.3)
         planner = getattr(geometric, kind)(setup.getSpaceInformation())
-        planner.setGoalBias(0.1)
+        if hasattr(planner, 'setGoalBias'):
+            planner.setGoalBias(0.1)
         setup.setPlanner(planner)
         setup.setup()
         begun = time.thread_time()

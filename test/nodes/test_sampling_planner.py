@@ -74,7 +74,7 @@ def obstacle_array(frame='map', discs=(), corners=(), polygons=(), velocities=()
                          polygons=[float(x) for x in polygons], velocities=[float(x) for x in velocities])
 
 
-@pytest.mark.parametrize('name', ['prm', 'prm_dubins', 'rrt', 'rrt_star'])
+@pytest.mark.parametrize('name', ['prm', 'prm_dubins', 'prm_reeds_shepp', 'rrt', 'rrt_star'])
 def test_every_planner_answers_by_its_id_and_keeps_out_of_the_wall(ros, planner, grid, name):
     answer = ask(ros, planner=name, deadline=seconds_of(1.0), seed=3)
     assert answer.error_code == 0, answer.error_msg
