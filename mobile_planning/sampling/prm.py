@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import fields, replace
-from numbers import Integral
 from pathlib import Path
 from typing import TextIO
 
@@ -22,6 +21,7 @@ from mobile_planning.sampling.neighbour_search import NeighborSearchStrategy
 from mobile_planning.sampling.plan_result import PlanResult
 from mobile_planning.sampling.prm_options import CollisionCheckingStrategy, PRMOptions, ShortestPathSearchStrategy
 from mobile_planning.sampling.prm_query import RoadmapQuery
+from mobile_planning.sampling.prm_request import check_count, continued_seed, free_end, seed_of
 from mobile_planning.sampling.prm_space import check_dimensions, space_of
 from mobile_planning.sampling.prm_statistics import RoadmapStatistics, TimeStatistics
 from mobile_planning.sampling.roadmap import Roadmap
@@ -103,8 +103,8 @@ class PRMPlanner:
         PlanningTimeout, Cancelled
             If it takes too long or is stopped. The roadmap stays as it was, whatever is raised.
         """
-        _check_count(n)
-        seed = _seed(seed)
+        check_count(n)
+        seed = seed_of(seed)
         stream = SampleStream(self._space, self.options.sampler, seed, self._only_free)
         self._grow(n, stream, None, deadline, stop)
         self.seed = seed
@@ -114,7 +114,7 @@ class PRMPlanner:
 
         The paths that the roadmap had it keeps, so that the cost of none of them rises.
         """
-        _check_count(n)
+        check_count(n)
         self._grow(n, self._stream, self._require_roadmap(), deadline, stop)
 
     def query(self, start: ArrayLike, goal: ArrayLike, deadline: float | None = None, *, seed: int | None = None,
@@ -146,11 +146,11 @@ class PRMPlanner:
         roadmap = self._require_roadmap()
         if deadline is not None and not deadline > 0:
             raise InvalidInput(f'deadline {deadline} s is not above 0')
-        start = self._end(start, 'start', StartOutside, StartOccupied)
-        goal = self._end(goal, 'goal', GoalOutside, GoalOccupied)
+        start = free_end(self._space, start, 'start', StartOutside, StartOccupied)
+        goal = free_end(self._space, goal, 'goal', GoalOutside, GoalOccupied)
         flag = StopFlag(deadline, stop)
         growth = RoadmapGrowth(self._space, self.options, flag)
-        query = RoadmapQuery(growth, roadmap, start, goal, self.seed if seed is None else _seed(seed))
+        query = RoadmapQuery(growth, roadmap, start, goal, self.seed if seed is None else seed_of(seed))
         result = query.result()
         self.time_statistics = growth.watch.statistics()
         return result
@@ -170,7 +170,7 @@ class PRMPlanner:
         roadmap, seed = load_roadmap(path, self._space)
         self.roadmap = RoadmapGrowth(self._space, self.options, StopFlag()).validated(roadmap)
         self.seed = seed
-        self._stream = SampleStream(self._space, self.options.sampler, _continued(seed, roadmap), self._only_free)
+        self._stream = SampleStream(self._space, self.options.sampler, continued_seed(seed, roadmap), self._only_free)
 
     def change_environment(self, environment: Environment | Space) -> None:
         """Plan on among other obstacles: nodes and edges stay, and are checked anew as the strategy asks for.
@@ -189,7 +189,7 @@ class PRMPlanner:
         self._space = space
         if self.roadmap is not None:
             self.roadmap = RoadmapGrowth(space, self.options, StopFlag()).validated(self.roadmap)
-            self._stream = SampleStream(space, self.options.sampler, _continued(self.seed, self.roadmap),
+            self._stream = SampleStream(space, self.options.sampler, continued_seed(self.seed, self.roadmap),
                                         self._only_free)
 
     def clear(self) -> None:
@@ -264,38 +264,3 @@ class PRMPlanner:
             roadmap = growth.grown(growth.empty(points) if roadmap is None else roadmap, points)
         self.roadmap, self._stream = roadmap, stream
         self.time_statistics = growth.watch.statistics()
-
-    def _end(self, point, name, outside, occupied):
-        """Return the start or the goal as an array, or raise what is wrong with it."""
-        low, high = self._space.low, self._space.high
-        try:
-            point = np.array(point, dtype=float)
-        except (TypeError, ValueError):
-            raise InvalidInput(f'{name} {point!r} is not made of numbers') from None
-        if point.shape != low.shape or not np.isfinite(point).all():
-            raise InvalidInput(f'{name} {point.tolist()} is not {len(low)} finite numbers')
-        point = self._space.normalised(point[None])[0]
-        if not ((low <= point) & (point <= high)).all():
-            raise outside(f'{name} {point.tolist()} is outside the bounds {low.tolist()} to {high.tolist()}')
-        if not self._space.free(point[None])[0]:
-            raise occupied(f'{name} {point.tolist()} is not free')
-        return point
-
-
-def _check_count(n):
-    if not isinstance(n, Integral) or isinstance(n, bool) or n < 1:
-        raise InvalidInput(f'{n!r} nodes: a roadmap has a whole number of at least 1')
-
-
-def _seed(seed):
-    """Return the seed, a drawn one if None."""
-    if seed is None:
-        return int(np.random.SeedSequence().generate_state(1)[0])
-    if not isinstance(seed, Integral) or isinstance(seed, bool) or not 0 <= seed < 2**63:
-        raise InvalidInput(f'seed {seed!r} is not a whole number from 0 to 2^63 - 1')
-    return int(seed)
-
-
-def _continued(seed, roadmap):
-    """Return the seed for what comes after a roadmap that was not built here."""
-    return int(np.random.SeedSequence([seed, len(roadmap.points)]).generate_state(1)[0])
