@@ -23,6 +23,10 @@ def _never(*_):
     return False
 
 
+def _first_found(instance, urgency, rng, limits=pebble_search.LIMITS, times=None):
+    return pebble_search.solve(instance, urgency, rng, limits)
+
+
 def _right_hand_rule(reference):
     """Return the reference that knows no velocity, and so predicts nothing."""
     return lambda self, *args, velocity=None, **options: reference(self, *args, **options)
@@ -37,7 +41,7 @@ SETTINGS = (
     Setting('all of it'),
     Setting('no joint plan', ((Proposer, 'request', _nobody),)),
     Setting('joint plans for who stalls only', ((Proposer, '_meets_somebody', _never),)),
-    Setting('joint plans as first found', ((joint_plan, 'best_steps', pebble_search.solve),)),
+    Setting('joint plans as first found', ((joint_plan, 'best_steps', _first_found),)),
     Setting('joint plans pass nobody at speed', ((joint_plan, '_WIDE_LIMITS', (0,)),)),
     Setting('moves released by bodies', ((Follower, 'advance', _by_body(Follower.advance)),)),
     Setting('no roundabout', ((course, 'predict_crowd', _nobody),)),
