@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 from mobile_planning.fleet import pebbles
 from mobile_planning.fleet.move_order import finish_times, order_moves
 from mobile_planning.fleet.pebble_clearing import by_open_ground
-from mobile_planning.fleet.pebble_refinement import best_steps, refined
+from mobile_planning.fleet.pebble_refinement import any_order, best_steps, refined
 from mobile_planning.fleet.pebbles import Instance, Steps
 from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
 
@@ -25,6 +26,8 @@ from mobile_planning.fleet.roadmap import REACH, TIGHT, Roadmap, distances
 GAP, WIDE = 0.035, 0.1
 #: Configurations, one a search, for a plan that passes everybody at speed.
 _WIDE_LIMITS = (300, 300)
+#: Share of the searches in which robots choose in any order; in the others those first who go the same way.
+_ANY_ORDER = 0.25
 #: A start this near to the goal is the goal [m].
 _HOME = 0.01
 #: What leaves a tight place may come nearer by this [m]: rounding.
@@ -98,15 +101,16 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
     def times(steps):
         return finish_times(instance, places, steps, radii, GAP, leads)
 
-    steps = best_steps(instance, urgency, rng, _WIDE_LIMITS, times)
+    draw = partial(_together, members)
+    steps = best_steps(instance, urgency, rng, _WIDE_LIMITS, times, draw)
     if not steps.is_solved:
         instance = with_gap(instance, places, roadmap, members, GAP)
-        steps = best_steps(instance, urgency, rng, times=times)
+        steps = best_steps(instance, urgency, rng, times=times, draw=draw)
     if not steps.is_solved:
         # Those who touch each other may have no place to part to: there are more around each of them.
         bodies = [(member.start, member.radius) for member in members]
         instance, places = make_instance(roadmap.beside(bodies, GAP), members, standing)
-        steps = best_steps(instance, urgency, rng, times=times)
+        steps = best_steps(instance, urgency, rng, times=times, draw=draw)
     if not steps.is_solved:
         found = by_open_ground(instance, urgency, rng)
         steps = steps if found is None else refined(instance, found, rng, times=times)
@@ -115,6 +119,19 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
         steps = Steps(steps.places[:horizon + 1], steps.edges[:horizon], steps.is_solved, steps.configurations)
     ways, needs = order_moves(instance, places, steps, radii, GAP)
     return JointWays(ways, needs, is_whole, steps.configurations)
+
+
+def _together(members, rng):
+    """Return the urgency (N,) of members in any order, or so that those go first who go the way of one of them."""
+    if rng.random() < _ANY_ORDER:
+        return any_order(len(members), rng)
+    starts = np.array([member.start for member in members], float)
+    ways = np.array([member.goal for member in members], float) - starts
+    headings = ways / np.maximum(np.linalg.norm(ways, axis=1), _HOME)[:, None]
+    heading = headings[rng.integers(len(members))]
+    # Among them whoever is ahead is first.
+    ahead = starts @ heading
+    return 10.0 * (headings @ heading) + ahead / max(np.ptp(ahead), _HOME)
 
 
 def make_instance(roadmap: Roadmap, members: Sequence[Member],

@@ -24,7 +24,8 @@ _SPANNED = 2_500_000
 
 
 def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Generator,
-               limits: Sequence[int] = LIMITS, times: Callable[[Steps], NDArray[np.float64]] | None = None) -> Steps:
+               limits: Sequence[int] = LIMITS, times: Callable[[Steps], NDArray[np.float64]] | None = None,
+               draw: Callable[[np.random.Generator], NDArray[np.float64]] | None = None) -> Steps:
     """Return good steps that bring everybody home, or the ones that come nearest if none was found.
 
     Which robots go first decides more than what can be bettered afterwards: several searches in random orders are
@@ -37,6 +38,8 @@ def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Gene
         See `solve`.
     times : callable
         Returns for steps when each robot (N,) is home; by default `pebbles.costs`.
+    draw : callable
+        Returns the urgency (N,) for another search, given ``rng``; by default any order.
     """
     times = times or partial(pebbles.costs, instance)
 
@@ -48,7 +51,8 @@ def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Gene
         return first
     found, work = [first], 0
     while len(found) < _SEARCHES and work < _WORK:
-        another = search(instance, 10.0 * rng.permutation(instance.count), rng, 2 * len(first.edges) + 20)
+        urgent = draw(rng) if draw else any_order(instance.count, rng)
+        another = search(instance, urgent, rng, 2 * len(first.edges) + 20)
         work += instance.count * another.configurations
         found += [another] if another.is_solved else []
     found = sorted(found, key=value)[:_BETTERED]
@@ -56,6 +60,11 @@ def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Gene
     found = [refined(instance, steps, rng, tries // (2 * _BETTERED), times) for steps in found]
     best = min(found, key=value)
     return refined(instance, best, rng, tries // 2, times)
+
+
+def any_order(count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the urgency (count,) of robots in any order."""
+    return 10.0 * rng.permutation(count)
 
 
 def refined(instance: Instance, steps: Steps, rng: np.random.Generator, tries: int = _TRIES,
