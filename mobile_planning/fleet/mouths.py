@@ -10,7 +10,7 @@ from mobile_planning.fleet.roadmap import MARGIN, Roadmap
 #: Samples along an edge, to find where a lane ends.
 _SAMPLES = 17
 #: Edges of a lattice lead out of a lane askew by no more than this [rad].
-_SKEW = 0.4
+_SKEW = 0.8
 #: Rows of places before a mouth, and on each side of its middle line.
 _ROWS, _ASIDE = 3, 3
 #: A new place is no nearer to another than this part of the distance of rows; it is joined to those within so many.
@@ -70,7 +70,11 @@ def mouths(roadmap: Roadmap, apart: float) -> list[tuple[NDArray[np.float64], ND
                for place, outwards in found):
             near = cKDTree(places).query_ball_point(places[first], apart / 2)
             outwards = headings[near][headings[near] @ headings[first] > 0.0].sum(axis=0)
-            found.append((places[first], _straight(roadmap, places[first], outwards, apart)))
+            outwards = _straight(roadmap, places[first], outwards, apart)
+            # An edge may also graze the border of what is narrow: behind a mouth lies its lane, and none before it.
+            ahead, behind = roadmap.lane_at(places[first] + apart / 2 * np.outer((1, -1), outwards)) > 0
+            if behind and not ahead:
+                found.append((places[first], outwards))
     return found
 
 
