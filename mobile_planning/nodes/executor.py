@@ -4,10 +4,13 @@ That one gathers all entities of all nodes anew before each wait, twice for each
 callback: a millisecond of processor time for a message that takes a tenth of it to read. Here the entities are gathered
 when one is added or gone, callbacks that are no coroutines are called where they stand, and what has queued up is taken
 at once. All that is rare is left to rclpy's code: services, clients, actions, coroutines.
+
+It stands on inner parts of rclpy, so `make_executor` takes rclpy's own executor where rclpy is another version.
 """
 from __future__ import annotations
 
 from contextlib import ExitStack
+from importlib.metadata import PackageNotFoundError, version
 from inspect import iscoroutinefunction, signature
 from time import monotonic
 from typing import Any
@@ -20,12 +23,29 @@ from rclpy.subscription import Subscription
 from rclpy.timer import TimerInfo
 from rclpy.waitable import NumberOfEntities
 
+#: Whose inner parts are as they are used here.
+_KNOWN = '9.1.'
 #: Of one topic so many messages are taken before the others have their turn.
 _AT_ONCE = 32
 #: So often events of the middleware are looked at, which only warn [s].
 _EVENTS = 1.0
 
 _InvalidHandle = rclpy_implementation.InvalidHandle
+
+
+def make_executor(**kwargs) -> SingleThreadedExecutor:
+    """Return the executor for nodes: a `QuickExecutor`, or rclpy's own where its version is not known to fit.
+
+    Parameters
+    ----------
+    **kwargs
+        For ``rclpy.executors.SingleThreadedExecutor``.
+    """
+    try:
+        fits = version('rclpy').startswith(_KNOWN)
+    except PackageNotFoundError:
+        fits = False
+    return (QuickExecutor if fits else SingleThreadedExecutor)(**kwargs)
 
 
 class QuickExecutor(SingleThreadedExecutor):

@@ -145,7 +145,7 @@ def _live(make_node, args, stop):
     import rclpy
     from rclpy.exceptions import NameValidationException
 
-    from mobile_planning.nodes.executor import QuickExecutor
+    from mobile_planning.nodes.executor import make_executor
 
     executor, nodes = None, []
     try:
@@ -157,7 +157,7 @@ def _live(make_node, args, stop):
         made = make_node()
         nodes = list(made) if isinstance(made, Sequence) else [made]
         require_reach()
-        executor = QuickExecutor()
+        executor = make_executor()
         for node in nodes:
             executor.add_node(node)
         _spin(executor, lambda: stop.received is not None or not rclpy.ok())

@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed: the nodes are not t
 pytest.importorskip('mobile_planning_msgs', reason='msg_defs is not built: the nodes are not tested')
 
 import rclpy  # noqa: E402
-from mobile_planning.nodes.executor import QuickExecutor  # noqa: E402
+from mobile_planning.nodes.executor import make_executor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
@@ -37,7 +37,7 @@ class Ros:
     def __init__(self):
         self.context = rclpy.Context()
         self.context.init([])
-        self.executor = QuickExecutor(context=self.context)
+        self.executor = make_executor(context=self.context)
         self._nodes = []
         self.node = self.add(Node, name='tester')
 

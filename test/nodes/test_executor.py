@@ -4,12 +4,13 @@ import threading
 import pytest
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.timer import TimerInfo
 from std_msgs.msg import Empty, Int32
 from std_srvs.srv import Trigger
 
-from mobile_planning.nodes import qos
+from mobile_planning.nodes import executor, qos
 from mobile_planning.nodes.worker import Worker
 
 
@@ -122,3 +123,12 @@ def test_events_of_the_middleware_are_told(ros):
     ros.node.create_publisher(Empty, 'asked', QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
     ros.until(lambda: told)
     assert told[0].last_policy_kind == QoSPolicyKind.RELIABILITY
+
+
+@pytest.mark.parametrize('known, kind', [('9.1.2', executor.QuickExecutor), ('9.2.0', SingleThreadedExecutor),
+                                         ('7.1.4', SingleThreadedExecutor)])
+def test_where_rclpy_is_not_the_version_known_its_own_executor_runs_the_nodes(ros, monkeypatch, known, kind):
+    monkeypatch.setattr(executor, 'version', lambda _: known)
+    made = executor.make_executor(context=ros.context)
+    made.shutdown()
+    assert type(made) is kind
