@@ -6,43 +6,34 @@ taken in before it plans the next time.
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
-from mobile_planning.fleet.itinerary import How, Itinerary
+from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.journey import Journey
 from mobile_planning.fleet.logbook import Entry
-from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
+from mobile_planning.fleet.message import Contracts, Mode, RobotMsg
 from mobile_planning.fleet.postscript import Postscript
+from mobile_planning.fleet.premises import Premises
+from mobile_planning.fleet.reception import Message, Reception
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.world.environment import Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 #: Between two looks for a robot [s], as long as there is none.
 _UNKNOWN = 0.1
-#: Messages that wait for a busy robot; of more the oldest are lost.
-_WAITING = 4096
 #: Robots of one fleet begin their cycles so long after each other [s], as far as there is room for it.
 _APART = 0.012
-#: Another process of the same robot that was heard so lately [s] keeps this one from moving.
-_TWIN = 2.0
-
 #: Plans that a robot keeps for the judge: at four a second those of half an hour.
 _KEPT = 8000
-
-#: What a robot is told.
-Message = RobotMsg | Contracts | JointPlan | Death
 
 
 class Agent:
@@ -74,10 +65,8 @@ class Agent:
         None while the map or the place is unknown, or not fit.
     epoch : int
         Of the robot; grows with each robot that is made for another map.
-    itinerary : Itinerary
-        Where it drives after the goal that it has.
-    orders : int
-        Times that it was told where to drive by `set_goals` and `follow_path`.
+    journey : Journey
+        Its goals, and what has become of them.
     postscript : Postscript
         As of the last step: what is to be told beside what the robot says.
 
@@ -89,21 +78,16 @@ class Agent:
 
     def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, *,
                  drive: Callable[[Entry], None] = lambda entry: None, is_placed: bool = True, **options):
-        scene.spec(robot_id)
+        self._premises = Premises(scene, robot_id, is_placed, **options)
         self.robot: Robot | None = None
-        self.epoch = int(epoch)
-        self._scene, self._id, self._drive, self._options = scene, robot_id, drive, options
-        self._grid: OccupancyGrid | None = None
+        self.epoch, self._id, self._drive = int(epoch), robot_id, drive
+        self.journey, self.postscript = Journey(robot_id, scene.errands()), Postscript()
         self._mission: Announcement | None = None
-        self._problem, self._is_stopped, self._twin_until = '', False, -np.inf
+        self._reception, self._turn = Reception(robot_id), threading.RLock()
+        self._driven, self._is_stopped = None, False
         self._holds: dict[str, str] = {}
-        self._obstacles, self._world_trouble = (), ''
-        self._turn, self._waiting = threading.RLock(), deque(maxlen=_WAITING)
-        self._driven, self._is_placed = None, is_placed
-        self.itinerary, self._is_at_goal, self.orders = Itinerary(robot_id, scene.errands()), False, 0
-        self.postscript = Postscript()
-        if not scene.on_map:
-            self._make(now)
+        self._problem = self._world_trouble = ''
+        self._make(now)
 
     # What can be asked
 
@@ -115,19 +99,19 @@ class Agent:
     @property
     def method(self) -> str:
         """By which it plans."""
-        return self._options.get('method', self._scene.method)
+        return self._premises.method
 
     @property
     def trouble(self) -> str:
         """Why the robot does not drive on; empty if nothing keeps it."""
         if self.robot is None:
-            return self._problem or ('waiting for the map' if self._is_placed else 'waiting for the pose')
-        return '; '.join([*self._holds.values(), *filter(None, [self._world_trouble])])
+            return self._problem or self._premises.lacking
+        return '; '.join([*self._holds.values(), *filter(None, [self.journey.trouble, self._world_trouble])])
 
     @property
     def is_finished(self) -> bool:
         """Whether the robot has driven its mission: it is done, or was stopped."""
-        return self.robot is not None and (self._is_at_goal and not self.itinerary.left or self._is_stopped)
+        return self.robot is not None and (self.journey.is_over or self._is_stopped)
 
     @property
     def is_stopped(self) -> bool:
@@ -137,10 +121,7 @@ class Agent:
     @property
     def solution(self) -> Solution:
         """What this process has driven, and the goals that it was given; there must be a robot."""
-        goals = self.itinerary.given(self.robot.goal, self._is_at_goal)
-        driven = self.robot.sol
-        first = driven.plans[0]
-        return replace(driven, goals=goals, reached_before=self.itinerary.reached_by(first.first_knot * first.step))
+        return self.journey.solution(self.robot)
 
     @property
     def mission_start(self) -> float:
@@ -161,6 +142,15 @@ class Agent:
             return self.robot.has_answers
         finally:
             self._turn.release()
+
+    def is_at_rest(self, now: float) -> bool:
+        """Whether the plan in force has been driven to its end at ``now`` [s]."""
+        return self.robot is None or now >= self.robot.plan.end_knot * self.robot.plan.step
+
+    def distance_left(self, now: float) -> float:
+        """Return how far [m] it is to the goal at hand at ``now`` [s]; 0 without one."""
+        with self._turn:
+            return 0.0 if self.robot is None else self.robot.distance_left(now)
 
     def until_cycle(self, now: float) -> float:
         """Return how long [s] after `step` at ``now`` [s] the next one is best.
@@ -191,12 +181,8 @@ class Agent:
         with self._turn:
             if self.robot is not None:
                 raise InvalidInput(f'robot {self._id} has a place already')
-            start = tuple(float(value) for value in pose)
-            self._scene = replace(self._scene, robots=tuple(
-                replace(spec, start=start) if spec.id == self._id else spec for spec in self._scene.robots))
-            self._is_placed = True
-            if self._grid is not None or not self._scene.on_map:
-                self._make(now)
+            self._premises.place(pose)
+            self._make(now)
 
     def take_map(self, grid: OccupancyGrid, now: float) -> None:
         """Drive on the map ``grid`` from ``now`` [s] on.
@@ -210,29 +196,23 @@ class Agent:
             There is no robot yet, and there it has no room, or no way to its goal.
         """
         with self._turn:
-            if grid == self._grid:
+            if grid == self._premises.grid:
                 return
+            self._premises.grid = grid
             if self._has_started:
-                self._grid = grid
                 self._enter(now)
                 return
             if self.robot is not None:
                 # Peers take messages that count from one again for old ones, unless the epoch is new.
                 self.epoch += 1
-            self._grid = grid
             self._make(now)
 
     def take_obstacles(self, obstacles: Sequence[Obstacle], now: float) -> None:
         """Drive among ``obstacles``, beside those of the scene and the map, from ``now`` [s] on; see `take_map`."""
         with self._turn:
-            self._obstacles = tuple(obstacles)
+            self._premises.obstacles = tuple(obstacles)
             if self.robot is not None:
                 self._enter(now)
-
-    def _enter(self, now):
-        scene, grid = self._scene, self._scene.grid if self._grid is None else self._grid
-        self.robot.enter(Environment(scene.boundary, (*scene.obstacles, *self._obstacles), grid), now)
-        self._world_trouble = self.robot.world_trouble
 
     def follow(self, announcement: Announcement, now: float) -> None:
         """Do what is announced.
@@ -269,72 +249,41 @@ class Agent:
                 self.robot.resume(now)
 
     def set_goals(self, goals: Sequence[ArrayLike], how: How, now: float) -> int:
-        """Drive to ``goals``, (3,) [m, m, rad] each, one after the other, and return the number of this order.
+        """Drive to ``goals``, (3,) [m, m, rad] each, and return the number of this order; see `Journey.set_goals`.
 
         A robot that was told to `withdraw` its last goal drives again.
 
         Raises
         ------
         InvalidInput
-            There is no robot yet, or no goal, or one that is no pose.
-        LimitExceeded
-            They are too many.
-        PlanningError
-            The body does not fit at one of them, or nothing leads to the first. The old goals stand.
+            There is no robot yet.
         """
         with self._turn:
             if self.robot is None:
                 raise InvalidInput(f'robot {self._id} takes no goal yet: {self.trouble}')
-            if not len(goals):
-                raise InvalidInput('no goal is given')
-            for goal in goals:
-                self.robot.require_goal(goal)
-            if how is How.APPEND:
-                self.itinerary.take(goals, how)
-            else:
-                self.robot.set_goal(goals[0], now)
-                self._is_at_goal = False
-                self.itinerary.take([*goals[1:], goals[0]] if how is How.REPEAT else goals[1:], how)
-            return self._ordered(now)
-
-    def withdraw(self, order: int, now: float) -> None:
-        """Come to rest if the goal of that order is still driven to, and stay until the next order."""
-        with self._turn:
-            if order == self.orders:
-                self.hold('goal withdrawn', 'its goal was withdrawn', now)
-
-    def _ordered(self, now):
-        """Note that the robot was told where to drive, and let it."""
-        self.orders += 1
-        self.release('goal withdrawn', now)
-        return self.orders
-
-    def is_at_rest(self, now: float) -> bool:
-        """Whether the plan in force has been driven to its end at ``now`` [s]."""
-        return self.robot is None or now >= self.robot.plan.end_knot * self.robot.plan.step
-
-    def distance_left(self, now: float) -> float:
-        """Return how far [m] it is to the goal at hand at ``now`` [s]; 0 without one."""
-        with self._turn:
-            return 0.0 if self.robot is None else self.robot.distance_left(now)
+            self.journey.set_goals(self.robot, goals, how, now)
+            self.release('goal withdrawn', now)
+            return self.journey.orders
 
     def follow_path(self, poses: ArrayLike, now: float) -> None:
-        """Drive along a path (N, 3) [m, m, rad] from elsewhere to its end, and forget all other goals.
+        """Drive along a path (N, 3) [m, m, rad] from elsewhere to its end; see `Journey.follow_path`.
 
         Raises
         ------
         InvalidInput
-            There is no robot yet, or it is no path for it.
-        PlanningError
-            The body does not fit at its end. The old goals stand.
+            There is no robot yet.
         """
         with self._turn:
             if self.robot is None:
                 raise InvalidInput(f'robot {self._id} takes no path yet: {self.trouble}')
-            self.robot.follow_path(poses, now)
-            self._is_at_goal = False
-            self.itinerary.take([], How.REPLACE)
-            self._ordered(now)
+            self.journey.follow_path(self.robot, poses, now)
+            self.release('goal withdrawn', now)
+
+    def withdraw(self, order: int, now: float) -> None:
+        """Come to rest if the goal of that order is still driven to, and stay until the next order."""
+        with self._turn:
+            if order == self.journey.orders:
+                self.hold('goal withdrawn', 'its goal was withdrawn', now)
 
     def receive(self, message: Message, now: float) -> None:
         """Take in what a robot, or somebody who vouches for its death, says.
@@ -344,18 +293,16 @@ class Agent:
         InvalidInput
             It comes from another process of this robot, or from a robot that plans by another method.
         """
-        if message.robot_id == self._id and not isinstance(message, Death):
-            self._notice_twin(message, now)
-        elif self.robot is not None:
-            self._require_one_method(message)
-            if not self._turn.acquire(blocking=False):
-                self._waiting.append((message, now))
-                return
-            try:
-                self._take_in_waiting()
-                self.robot.receive(message, now)
-            finally:
-                self._turn.release()
+        if not self._reception.admits(message, self.robot, self.epoch, now):
+            return
+        if not self._turn.acquire(blocking=False):
+            self._reception.keep(message, now)
+            return
+        try:
+            self._reception.hand_on(self.robot)
+            self.robot.receive(message, now)
+        finally:
+            self._turn.release()
 
     def answers(self, now: float) -> list[Contracts]:
         """Return what to tell the others at ``now`` [s] before the next step; nothing while the robot is busy."""
@@ -380,13 +327,13 @@ class Agent:
         with self._turn:
             if self.robot is None:
                 return []
-            self._take_in_waiting()
+            self._reception.hand_on(self.robot)
             section, now = self.robot.plan_section(clock()), clock()
-            if now < self._twin_until:
+            if self._reception.has_elder_twin(now):
                 section = replace(section, new=None)
             messages = self.robot.commit(section, now)
             self._hand_over()
-            self._go_on(now)
+            self.journey.go_on(self.robot, now, self.mission_start)
             self._world_trouble = self.robot.world_trouble
             self.postscript = self._postscript(now)
             return messages
@@ -406,18 +353,6 @@ class Agent:
 
     # How it works
 
-    def _require_one_method(self, message):
-        method = message.method if isinstance(message, RobotMsg) else 'contracts'
-        if not isinstance(message, Death) and method != self.robot.method:
-            raise InvalidInput(f'robot {message.robot_id} plans by {method}, this one by '
-                               f'{self.robot.method}: all robots of a mission plan by one method')
-
-    def _take_in_waiting(self):
-        while self._waiting:
-            # What the robot refuses it counts among the ignored; a section must not be lost by it.
-            with suppress(InvalidInput):
-                self.robot.receive(*self._waiting.popleft())
-
     def _hand_over(self):
         """Let the plan in force be driven, if it is new."""
         if self.method == 'contracts':
@@ -427,39 +362,12 @@ class Agent:
             self._driven = solution.plans[-1]
             self._drive(Entry(solution.plans[-1], solution.commits[-1], self.epoch))
 
-    def _go_on(self, now):
-        """Drive to the next goal, where one was reached."""
-        if not self.robot.is_done:
-            return
-        if not self._is_at_goal:
-            self.itinerary.arrivals.append((self.robot.goal, now))
-        self._is_at_goal = True
-        taken = [(message.goal, message.radius) for message in self.robot.heard().values()]
-        goal = self.itinerary.next_goal(now - self.mission_start, taken)
-        if goal is not None:
-            self._is_at_goal = False
-            try:
-                self.robot.set_goal(goal, now)
-                self._holds.pop('goal', None)
-            except PlanningError as error:
-                # It stays where it is, and goes on to the goal after this one.
-                self._holds['goal'] = f'a goal is left out: {error}'
-                self._is_at_goal = True
-
     def _postscript(self, now):
         robot = self.robot
         has_set_out = robot.mode is not Mode.STOPPED and now >= self.mission_start > 0.0 and not robot.is_done
         lacking = tuple(robot.protocol.forbidding(now, True)) if has_set_out else ()
-        return Postscript(self.mission_start, self.itinerary.reached, without_word_of=lacking, held_up=robot.held_up)
-
-    def _notice_twin(self, message, now):
-        if message.boot_epoch == self.epoch:
-            return
-        if message.boot_epoch < self.epoch:
-            self._twin_until = now + _TWIN
-        raise InvalidInput(f'robot {self._id} was started a second time: '
-                           + ('the older process speaks, so this one does not move'
-                              if message.boot_epoch < self.epoch else 'the younger process is not to move'))
+        return Postscript(self.mission_start, self.journey.itinerary.reached, without_word_of=lacking,
+                          held_up=robot.held_up)
 
     @property
     def _has_started(self):
@@ -467,12 +375,17 @@ class Agent:
         return (self.robot is not None and self._mission is not None
                 and self._mission.state in (State.STARTED, State.PAUSED) and self._id in self._mission.robot_ids)
 
+    def _enter(self, now):
+        """Let the robot go by the world as it is by now."""
+        self.robot.enter(self._premises.environment, now)
+        self._world_trouble = self.robot.world_trouble
+
     def _make(self, now):
-        if not self._is_placed:
+        """Make the robot, if all is known that it takes."""
+        if self._premises.lacking:
             return
         try:
-            scene = replace(self._scene, obstacles=(*self._scene.obstacles, *self._obstacles))
-            self.robot = scene.robot(self._id, self._grid, epoch=self.epoch, start_time=now, **self._options)
+            self.robot = self._premises.robot(self.epoch, now)
         except PlanningError as error:
             self.robot, self._problem = None, str(error)
             raise

@@ -120,7 +120,7 @@ class NavigateAction:
     def _end_of(self, errand, now):
         """Return how an errand has ended: true, or an exception; None as long as it has not."""
         agent = self._agent
-        if agent.orders != errand.order:
+        if agent.journey.orders != errand.order:
             return PlanningError('the robot was given another goal')
         if errand.handle.is_cancel_requested:
             return Cancelled('the goal was withdrawn') if agent.is_at_rest(now) else None

@@ -89,8 +89,8 @@ class RobotHealth:
             robot_id=int(self._agent.robot_id),
             tracking_error=float(body.tracking_error), localisation_error=float(body.localisation_error),
             clock_error=float(self.clock_error()), pose_age=float(body.pose_age), margin=float(self._options.margin),
-            silent=sorted(self._silent), goals_left=self._agent.itinerary.left,
-            goals_reached=self._agent.itinerary.reached)
+            silent=sorted(self._silent), goals_left=self._agent.journey.itinerary.left,
+            goals_reached=self._agent.journey.itinerary.reached)
         if robot is not None:
             message.mode, message.goal = int(robot.mode), pose_message(robot.goal)
             message.goals_left += not self._agent.is_finished

@@ -232,7 +232,7 @@ def test_messages_for_a_robot_that_plans_for_ever_do_not_pile_up_for_ever():
         reader = threading.Thread(target=lambda: [one.receive(message, 0.0) for _ in range(10_000)])
         reader.start()
         reader.join(30.0)
-        assert not reader.is_alive() and len(one._waiting) < 5000
+        assert not reader.is_alive() and len(one._reception) < 5000
 
 
 def test_each_plan_is_handed_over_to_be_driven_before_it_is_told():
@@ -312,11 +312,11 @@ def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
         one.step(lambda: now)
         stops.append(tuple(one.robot.goal[:2].tolist()))
     assert list(dict.fromkeys(stops)) == [(2, 2), (3, 2), (3, 3)]
-    assert one.is_finished and one.itinerary.reached == 3
+    assert one.is_finished and one.journey.itinerary.reached == 3
     one.set_goals([(1, 1, 0)], How.APPEND, 30.0)
     assert not one.is_finished
     drive([one], 30.0, 45.0)
-    assert one.is_finished and one.itinerary.reached == 4
+    assert one.is_finished and one.journey.itinerary.reached == 4
     assert one.robot.state(45.0)[:2] == pytest.approx((1, 1), abs=0.03)
 
 
@@ -327,13 +327,13 @@ def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_ou
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     one.set_goals([(1.5, 1, 0), (1, 1, 0)], How.REPEAT, 0.0)
     drive([one], 0.0, 40.0)
-    assert one.itinerary.reached > 5 and not one.is_finished
+    assert one.journey.itinerary.reached > 5 and not one.is_finished
     # Each was driven once, and what is kept is the newest.
     kept = one.solution.plans
     assert 10 <= len(kept) <= 20 < 40 < len(driven) == len({id(plan) for plan in driven})
     assert all(old is new for old, new in zip(kept, driven[-len(kept):])) and one.step(lambda: 40.0)[0].plan_seq > 40
     goals, before = one.solution.goals, one.solution.reached_before
-    assert 0 < before < one.itinerary.reached == len(goals) - 1
+    assert 0 < before < one.journey.itinerary.reached == len(goals) - 1
     assert all(np.allclose(goal[:2], (1.5, 1) if index % 2 == 0 else (1, 1)) for index, goal in enumerate(goals))
     one.set_goals([(1.5, 1.5, 0)], How.REPLACE, 40.0)
     drive([one], 40.0, 50.0)
@@ -345,7 +345,7 @@ def test_goals_that_make_no_sense_leave_everything_as_it_was(goals):
     one = agent(1, False)
     with pytest.raises(PlanningError):
         one.set_goals(goals, How.APPEND, 0.0)
-    assert one.robot.goal.tolist() == [2, 1, 0] and one.itinerary.left == 0
+    assert one.robot.goal.tolist() == [2, 1, 0] and one.journey.itinerary.left == 0
 
 
 def test_the_goals_of_a_scene_are_driven_to_in_turn():
@@ -353,7 +353,7 @@ def test_the_goals_of_a_scene_are_driven_to_in_turn():
     one = Agent(Scene('m', (spec,), boundary=Boundary((0, 4), (0, 4))), 1, 5, 0.0)
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     drive([one], 0.0, 12.0)
-    assert one.is_finished and one.itinerary.reached == 2
+    assert one.is_finished and one.journey.itinerary.reached == 2
     assert one.robot.state(12.0)[:2] == pytest.approx((3, 1), abs=0.03)
 
 

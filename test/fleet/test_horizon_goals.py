@@ -234,6 +234,6 @@ def test_an_agent_is_given_goals_paused_and_hands_over_each_section_before_it_is
             assert len(driven[2]) == 1
         elif agents[1].trouble:
             agents[1].release('test', now)
-    assert all(one.is_finished for one in agents) and agents[0].itinerary.reached == 2
+    assert all(one.is_finished for one in agents) and agents[0].journey.itinerary.reached == 2
     assert agents[0].robot.goal.tolist() == [3, 2, 0]
     assert [len(driven[one.robot_id]) for one in agents] == [len(one.robot.sol.plans) for one in agents]

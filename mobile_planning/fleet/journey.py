@@ -1,0 +1,115 @@
+"""Journey: where one robot drives, goal after goal, as it was told to or as its scene says."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from numpy.typing import ArrayLike
+
+from mobile_planning.errors import InvalidInput, PlanningError
+from mobile_planning.fleet.errands import Errands
+from mobile_planning.fleet.itinerary import How, Itinerary
+from mobile_planning.fleet.robot import Robot
+from mobile_planning.fleet.solution import Solution
+
+
+class Journey:
+    """Gives a robot its next goal whenever it has reached one.
+
+    Parameters
+    ----------
+    robot_id : int
+    errands : Errands, optional
+        Asked when nobody has said where to drive.
+
+    Attributes
+    ----------
+    itinerary : Itinerary
+        Where the robot drives after the goal that it has.
+    orders : int
+        Times that it was told where to drive.
+    trouble : str
+        Why the last goal was left out; empty if it was not.
+    """
+
+    def __init__(self, robot_id: int, errands: Errands | None = None):
+        self.itinerary, self.orders, self.trouble = Itinerary(robot_id, errands), 0, ''
+        self._is_at_goal = False
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the robot has reached all goals that are known."""
+        return self._is_at_goal and not self.itinerary.left
+
+    def set_goals(self, robot: Robot, goals: Sequence[ArrayLike], how: How, now: float) -> None:
+        """Let the robot drive to ``goals``, (3,) [m, m, rad] each, one after the other, from ``now`` [s] on.
+
+        Raises
+        ------
+        InvalidInput
+            There is no goal, or one that is no pose.
+        LimitExceeded
+            They are too many.
+        PlanningError
+            The body does not fit at one of them, or nothing leads to the first. The old goals stand.
+        """
+        if not len(goals):
+            raise InvalidInput('no goal is given')
+        for goal in goals:
+            robot.require_goal(goal)
+        if how is How.APPEND:
+            self.itinerary.take(goals, how)
+        else:
+            robot.set_goal(goals[0], now)
+            self._set_out()
+            self.itinerary.take([*goals[1:], goals[0]] if how is How.REPEAT else goals[1:], how)
+        self.orders += 1
+
+    def follow_path(self, robot: Robot, poses: ArrayLike, now: float) -> None:
+        """Let the robot drive along a path (N, 3) [m, m, rad] from elsewhere to its end, and forget all other goals.
+
+        Raises
+        ------
+        InvalidInput
+            It is no path for this robot.
+        PlanningError
+            The body does not fit at its end. The old goals stand.
+        """
+        robot.follow_path(poses, now)
+        self._set_out()
+        self.itinerary.take([], How.REPLACE)
+        self.orders += 1
+
+    def go_on(self, robot: Robot, now: float, mission_start: float) -> None:
+        """Send a robot that has reached its goal by ``now`` [s] to the next one.
+
+        Parameters
+        ----------
+        robot : Robot
+        now, mission_start : float [s]
+        """
+        if not robot.is_done:
+            return
+        if not self._is_at_goal:
+            self.itinerary.arrivals.append((robot.goal, now))
+        self._is_at_goal = True
+        taken = [(message.goal, message.radius) for message in robot.heard().values()]
+        goal = self.itinerary.next_goal(now - mission_start, taken)
+        if goal is None:
+            return
+        try:
+            robot.set_goal(goal, now)
+            self._set_out()
+        except PlanningError as error:
+            # It stays where it is, and goes on to the goal after this one.
+            self.trouble = f'a goal is left out: {error}'
+
+    def solution(self, robot: Robot) -> Solution:
+        """Return what the robot has driven, and the goals that it was given."""
+        driven = robot.sol
+        first = driven.plans[0]
+        return replace(driven, goals=self.itinerary.given(robot.goal, self._is_at_goal),
+                       reached_before=self.itinerary.reached_by(first.first_knot * first.step))
+
+    def _set_out(self):
+        self._is_at_goal, self.trouble = False, ''
