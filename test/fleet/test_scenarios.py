@@ -167,8 +167,8 @@ def test_whole_numbers_of_numpy_are_numbers():
 def test_an_installed_package_finds_the_map_of_the_depot(tmp_path, home):
     site, share = tmp_path / home, tmp_path / home.split('lib/')[0] / 'share' / 'mobile_planning'
     site.mkdir(parents=True)
-    shutil.copytree(REPOSITORY / 'mobile_planning', site / 'mobile_planning',
-                    ignore=shutil.ignore_patterns('__pycache__'))
+    # With all that is compiled: its cache stands beside it.
+    shutil.copytree(REPOSITORY / 'mobile_planning', site / 'mobile_planning')
     shutil.copytree(REPOSITORY / 'config', share / 'config')
     program = 'from mobile_planning.fleet import scenarios; print(scenarios.scene("depot").map_path)'
     printed = subprocess.run([sys.executable, '-c', program], cwd=tmp_path, env={'PYTHONPATH': str(site)}, timeout=120,

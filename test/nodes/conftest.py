@@ -2,6 +2,7 @@
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -160,15 +161,31 @@ class Process:
         self.popen.communicate(timeout=10)
 
 
-@pytest.fixture
-def start():
-    """Return a function that starts an executable; all are killed at the end."""
+@contextmanager
+def started():
+    """Give a function that starts an executable; all are killed at the end."""
     processes = []
 
     def start(name, *arguments):
         processes.append(Process(name, *arguments))
         return processes[-1]
 
-    yield start
-    for process in processes:
-        process.kill()
+    try:
+        yield start
+    finally:
+        for process in processes:
+            process.kill()
+
+
+@pytest.fixture
+def start():
+    """Return a function that starts an executable for this test alone."""
+    with started() as start:
+        yield start
+
+
+@pytest.fixture(scope='module')
+def start_once():
+    """Return a function that starts an executable for all tests of a file."""
+    with started() as start:
+        yield start
