@@ -26,15 +26,6 @@ def test_the_four_scenes_are_shipped():
     assert {path.stem for path in SCENES} >= {'crossing', 'depot', 'four_corners', 'head_on'}
 
 
-@pytest.mark.parametrize('path', SCENES, ids=lambda path: path.stem)
-def test_a_shipped_scene_loads_and_its_robots_fit_in(path):
-    scene = load_scene(path)
-    assert scene.name == path.stem and len(scene.robots) >= 2
-    simulation = scene.world_sim()
-    assert list(simulation.robots) == [spec.id for spec in scene.robots] == [body.eyed for body in scene.bodies()]
-    assert scene.environment().bounds == simulation.environment.bounds
-
-
 def test_a_scene_says_all_that_a_mission_needs(tmp_path):
     scene = load(tmp_path, {
         **GOOD, 'timeout': 12, 'obstacles': [{'position': [3, 3], 'radius': 0.5},

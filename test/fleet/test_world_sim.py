@@ -65,9 +65,13 @@ def test_another_seed_gives_another_mission():
 
 
 @pytest.mark.parametrize('path', SCENES, ids=lambda path: path.stem)
-def test_the_scenes_are_valid(path):
+def test_a_shipped_scene_loads_its_robots_fit_in_and_its_mission_is_valid(path):
     scene = load_scene(path)
-    report = scene.world_sim().run(timeout=scene.timeout, errands=scene.errands())
+    assert scene.name == path.stem and len(scene.robots) >= 2
+    simulation = scene.world_sim()
+    assert list(simulation.robots) == [spec.id for spec in scene.robots] == [body.eyed for body in scene.bodies()]
+    assert scene.environment().bounds == simulation.environment.bounds
+    report = simulation.run(timeout=scene.timeout, errands=scene.errands())
     assert report.valid, report.table()
     assert report.arrived == report.robots == len(scene.robots) and report.mission_time < scene.timeout
     assert report.arrivals == report.goals >= report.robots
