@@ -35,7 +35,7 @@ def finer_at_mouths(roadmap: Roadmap, need: float) -> Roadmap:
         return roadmap
     spacing = need / 2 + 1e-3
     ahead, aside = np.meshgrid(spacing * np.arange(_ROWS + 1), spacing * np.arange(-_ASIDE, _ASIDE + 1), indexing='ij')
-    found = []
+    found = [np.empty((0, 2))]
     for mouth, outwards in mouths(roadmap, need):
         across = np.array([-outwards[1], outwards[0]])
         places = mouth + ahead.reshape(-1, 1) * outwards + aside.reshape(-1, 1) * across
