@@ -81,6 +81,12 @@ class Itinerary:
         """Goals that are known and to come."""
         return len(self._goals)
 
+    def require_room(self, count: int, how: How) -> None:
+        """Raise LimitExceeded where ``count`` goals are more than `take` would take."""
+        total = count + (len(self._goals) if how is How.APPEND else 0)
+        if total > MAX_GOALS:
+            raise LimitExceeded(f'robot {self._id} would have {total} goals, the limit is {MAX_GOALS}')
+
     def take(self, goals: Sequence[ArrayLike], how: How) -> None:
         """Drive to ``goals``, (3,) [m, m, rad] each, after the one at hand.
 
@@ -89,9 +95,7 @@ class Itinerary:
         LimitExceeded
             They are too many.
         """
-        kept = len(self._goals) if how is How.APPEND else 0
-        if kept + len(goals) > MAX_GOALS:
-            raise LimitExceeded(f'robot {self._id} would have {kept + len(goals)} goals, the limit is {MAX_GOALS}')
+        self.require_room(len(goals), how)
         if how is not How.APPEND:
             # Who says where to drive knows better than the scene.
             self._goals.clear()

@@ -55,6 +55,8 @@ class Journey:
         """
         if not len(goals):
             raise InvalidInput('no goal is given')
+        # Of those that replace the old ones the first is at hand, and comes again where they repeat.
+        self.itinerary.require_room(len(goals) - (how is How.REPLACE), how)
         for goal in goals:
             robot.require_goal(goal)
         if how is How.APPEND:

@@ -1,6 +1,6 @@
 """A robot and its part in a mission, whatever comes first."""
 import threading
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 import pytest
@@ -340,12 +340,29 @@ def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_ou
     assert one.is_finished
 
 
-@pytest.mark.parametrize('goals', [[], [(2, 2, 0), (9, 9, 0)], [(2, 2)], [(np.nan, 2, 0)], [(2, 2, 0)] * 1001])
-def test_goals_that_make_no_sense_leave_everything_as_it_was(goals):
+@pytest.mark.parametrize('how, goals', [
+    *product(How, ([], [(2, 2, 0), (9, 9, 0)], [(2, 2)], [(np.nan, 2, 0)])), (How.REPLACE, [(2, 2, 0)] * 1002),
+    (How.APPEND, [(2, 2, 0)] * 1001), (How.REPEAT, [(2, 2, 0)] * 1001)])
+def test_goals_that_make_no_sense_leave_everything_as_it_was(how, goals):
     one = agent(1, False)
     with pytest.raises(PlanningError):
-        one.set_goals(goals, How.APPEND, 0.0)
-    assert one.robot.goal.tolist() == [2, 1, 0] and one.journey.itinerary.left == 0
+        one.set_goals(goals, how, 0.0)
+    assert one.robot.goal.tolist() == [2, 1, 0] and one.journey.itinerary.left == 0 and one.journey.orders == 0
+
+
+def test_a_goal_that_was_left_out_keeps_nobody_from_driving_on_after_a_pause():
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    one.set_goals([(1.5, 1, 0), (3, 3, 0)], How.REPLACE, 0.0)
+    one.take_obstacles([RoundObstacle((3, 3), 0.3)], 0.0)
+    drive([one], 0.0, 5.0)
+    assert 'a goal is left out' in one.trouble
+    one.hold('service', 'paused by ~/pause', 5.0)
+    one.release('service', 5.0)
+    one.set_goals([(1, 1, 0)], How.REPLACE, 5.0)
+    assert not one.robot.is_paused and one.trouble == ''
+    drive([one], 5.0, 10.0)
+    assert one.is_finished
 
 
 def test_the_goals_of_a_scene_are_driven_to_in_turn():
