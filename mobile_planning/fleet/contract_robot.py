@@ -29,7 +29,6 @@ from mobile_planning.fleet.protocol import Protocol
 from mobile_planning.fleet.reference_path import reference_path
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.section import SectionProblem
-from mobile_planning.fleet.solution import Solution
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
@@ -274,21 +273,6 @@ class ContractRobot(Robot):
     def phase(self) -> float:
         # Just in time for a knot.
         return (-self.options.budget - 2e-3) % self.Tc
-
-    @property
-    def sol(self) -> Solution:
-        return self._motion.record.solution(self.eyed, self.is_done)
-
-    @property
-    def ctime(self) -> list[float]:
-        return list(self._motion.record.section_times)
-
-    @property
-    def sections_late(self) -> int:
-        return self._motion.record.late
-
-    def state(self, now: float) -> NDArray[np.float64]:
-        return self._motion.record.state(now)
 
     # How it works
 

@@ -28,7 +28,6 @@ from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.proved_sections import ProvedSections
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.section import Limits
-from mobile_planning.fleet.solution import Solution
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import Obstacle
@@ -331,21 +330,6 @@ class HorizonRobot(Robot):
     @property
     def phase(self) -> float:
         return _PHASE
-
-    @property
-    def sol(self) -> Solution:
-        return self._motion.record.solution(self.eyed, self.is_done)
-
-    @property
-    def ctime(self) -> list[float]:
-        return list(self._motion.record.section_times)
-
-    @property
-    def sections_late(self) -> int:
-        return self._motion.record.late
-
-    def state(self, now: float) -> NDArray[np.float64]:
-        return self._motion.record.state(now)
 
     # How a section is planned
 

@@ -307,9 +307,9 @@ class Robot(ABC):
         return wait if wait >= self.cycle / 2 else wait + self.cycle
 
     @property
-    @abstractmethod
     def sol(self) -> Solution:
         """What was driven so far: the plans, and samples ``t``, ``x``, ``y``, ``theta``, ``v``, ``omega`` (N,)."""
+        return self._motion.record.solution(self.eyed, self.is_done)
 
     @property
     def rtime(self) -> NDArray[np.float64]:
@@ -317,18 +317,18 @@ class Robot(ABC):
         return self.sol.t
 
     @property
-    @abstractmethod
     def ctime(self) -> list[float]:
         """Time [s] to plan each section."""
+        return list(self._motion.record.section_times)
 
     @property
-    @abstractmethod
     def sections_late(self) -> int:
         """Sections that were planned and came too late to be driven."""
+        return self._motion.record.late
 
-    @abstractmethod
     def state(self, now: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at ``now`` [s] by the plan in force."""
+        return self._motion.record.state(now)
 
     def heard(self) -> dict[int, RobotMsg]:
         """Return the newest message of each peer heard."""
