@@ -86,7 +86,9 @@ class Obstacle:
         float [m]
             Negative if the point is nearer than the offset, or inside.
         """
-        return float(self.distance(pt)) - offset
+        if not isfinite(offset):
+            raise InvalidInput(f'offset {offset} m is not finite')
+        return self._distance(pt) - offset
 
     def detected_dist(self, pt: ArrayLike) -> float:
         """Return how far the obstacle's border is from a robot at ``pt``.
@@ -100,7 +102,14 @@ class Obstacle:
         float [m]
             Never negative: from inside it is the distance to the border as well.
         """
-        return abs(float(self.distance(pt)))
+        return abs(self._distance(pt))
+
+    def _distance(self, pt: ArrayLike) -> float:
+        """Return the signed distance [m] from one point."""
+        distance = self.distance(pt)
+        if distance.shape:
+            raise InvalidInput(f'pt has shape {np.shape(pt)}: it must be one point (x, y); `distance` takes many')
+        return float(distance)
 
 
 class RoundObstacle(Obstacle):

@@ -92,10 +92,14 @@ def test_points_of_any_shape_have_distances_of_that_shape(obstacle):
 
 
 @pytest.mark.parametrize('obstacle', [Obstacle((0, 0)), RoundObstacle((0, 0), 1), PolygonObstacle(SQUARE)])
-@pytest.mark.parametrize('point', [(np.nan, 0), (np.inf, 1), (1, 2, 3)])
+@pytest.mark.parametrize('point', [(np.nan, 0), (np.inf, 1), (1, 2, 3), [(1, 2), (3, 4)], [(1, 2)]])
 def test_what_is_no_point_has_no_distance(obstacle, point):
     with pytest.raises(InvalidInput):
         obstacle.pt_2_obst(point)
+    with pytest.raises(InvalidInput):
+        obstacle.detected_dist(point)
+    with pytest.raises(InvalidInput, match='offset'):
+        obstacle.pt_2_obst((3, 4), np.nan)
 
 
 @pytest.mark.parametrize('vertices', [
