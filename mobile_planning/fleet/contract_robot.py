@@ -6,7 +6,7 @@ it in its `Protocol`, and whom it goes after in its `Coordination`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from time import perf_counter
 
 import numpy as np
@@ -65,6 +65,10 @@ class ContractRobot(Robot):
                  phy_boundary: Boundary | None = None, neigh: Sequence[int] = (), *,
                  grid: OccupancyGrid | None = None, method: str = 'contracts', epoch: int = 1,
                  start_time: float = 0.0, **options: object):
+        unknown = sorted(options.keys() - {each.name for each in fields(ContractOptions)})
+        if unknown:
+            raise TypeError(f'robots that plan by contracts have no option {", ".join(unknown)}; those of planning_sim '
+                            "go with method='receding_horizon'")
         self.options = options = ContractOptions(**options)
         super().__init__(eyed, kine_model, neigh, options.rho, options.Tc, options.limits(kine_model))
         self.sensor_range = float(options.sensor_range)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,8 @@ class Robot(ABC):
                                f'{kine_model.u_final} must be 0. Who drives before it has heard the others could meet '
                                'them, and where a plan ends nobody knows who comes by')
         self.eyed, self.k_mod, self.neigh, self.rho = int(eyed), kine_model, tuple(neigh), float(rho)
+        if self.eyed in self.neigh or not all(isinstance(each, Integral) for each in self.neigh):
+            raise InvalidInput(f'neigh of robot {eyed} is {list(self.neigh)}: they must be ids of other robots')
         self.Tc, self.limits, self._orders = float(Tc), limits, Orders()
 
     @abstractmethod

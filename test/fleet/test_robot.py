@@ -31,6 +31,18 @@ def test_a_method_or_solver_that_is_not_known_is_refused(options, words):
         robot(1, *SWAP[0], **options)
 
 
+def test_who_leaves_out_the_method_is_told_where_planning_sim_s_options_belong():
+    with pytest.raises(TypeError, match="N_s.*method='receding_horizon'"):
+        robot(1, *SWAP[0], N_s=20)
+
+
+@pytest.mark.parametrize('method', ['contracts', 'receding_horizon'])
+@pytest.mark.parametrize('neigh', [[1], [2, 1], ['2'], [2.5]])
+def test_a_neighbour_that_is_no_other_robot_is_refused(method, neigh):
+    with pytest.raises(InvalidInput, match='neigh of robot 1'):
+        robot(1, *SWAP[0], neigh=neigh, method=method)
+
+
 def test_an_epoch_that_never_was_is_refused():
     with pytest.raises(InvalidInput, match='epoch 0'):
         robot(1, *SWAP[0], epoch=0)
