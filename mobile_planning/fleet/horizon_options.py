@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, isfinite, pi
+from math import ceil, inf, pi
+from numbers import Integral, Real
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import MAX_POINTS
@@ -90,16 +91,16 @@ class HorizonOptions:
         for name, least, most in (('N_s', 4, 400), ('n_knots', 4, 40), ('fs_maxit', 1, 10_000), ('maxit', 1, 10_000),
                                   ('ls_maxit', 1, 10_000)):
             value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+            if not isinstance(value, Integral) or isinstance(value, bool) or not least <= value <= most:
                 raise InvalidInput(f'{name} is {value!r}, not a whole number in {least}..{most}')
-        for name, least, most in (('t_init', 0.0, 86400.0), ('Tc', 0.05, 10.0), ('Td', 4 * _STEP, 60.0),
-                                  ('Tp', 4 * _STEP, 60.0), ('detec_rho', 1e-3, _FARTHEST), ('com_range', 1e-3, 1e6),
+        for name, least, most in (('t_init', 0.0, 86400.0), ('t_sup', 0.0, inf), ('Tc', 0.05, 10.0),
+                                  ('Td', 4 * _STEP, 60.0), ('Tp', 4 * _STEP, 60.0),
+                                  ('detec_rho', 1e-3, _FARTHEST), ('com_range', 1e-3, 1e6),
                                   ('def_epsilon', 1e-3, _FARTHEST), ('safe_epsilon', 0.0, 10.0),
                                   ('ls_time_opt_scale', 1e-6, 1e6), ('dist_opt_offset', 1e-3, _FARTHEST),
                                   ('ls_min_dist', 0.0, _FARTHEST), ('acc', 1e-12, 1.0)):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
-                    isfinite(value) and least <= value <= most):
+            if isinstance(value, bool) or not isinstance(value, Real) or not least <= value <= most:
                 raise InvalidInput(f'{name} is {value!r}, not in {least:g}..{most:g}')
         if not self.t_sup > self.t_init:
             raise InvalidInput(f't_sup is {self.t_sup} s, not later than t_init, {self.t_init} s')

@@ -7,7 +7,7 @@ before, which ends at rest.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import asdict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,7 +50,7 @@ class HorizonRobot(Robot):
     obstacles : sequence of Obstacle
     phy_boundary : Boundary or None
     neigh : sequence of int
-        Peers to stay within ``com_range`` of.
+        Peers to stay within ``com_range`` of, from when they are in range on, as long as they live.
     N_s, n_knots, t_init, t_sup
         See `HorizonOptions`.
     Tc : float [s] or None
@@ -72,6 +72,8 @@ class HorizonRobot(Robot):
     patience : float [s]
         A peer that is silent for longer counts as dead, so that robots which live but do not hear each other for so
         long may meet; infinite to wait for it for ever.
+    acc, fs_maxit, maxit, ls_maxit
+        See `HorizonOptions`; `set_option` sets them later.
 
     Attributes
     ----------
@@ -94,12 +96,13 @@ class HorizonRobot(Robot):
                  def_epsilon: float = 0.5, safe_epsilon: float = 0.1, ls_time_opt_scale: float = 1.0,
                  dist_opt_offset: float = 100.0, ls_min_dist: float = 0.5, *, grid: OccupancyGrid | None = None,
                  method: str = 'receding_horizon', margin: float = 0.005, epoch: int = 1, start_time: float = 0.0,
-                 solver: str = 'slsqp', patience: float = 10.0):
+                 solver: str = 'slsqp', patience: float = 10.0, acc: float = 1e-4, fs_maxit: int = 40,
+                 maxit: int = 20, ls_maxit: int = 30):
         self.options = options = HorizonOptions(
             N_s=N_s, n_knots=n_knots, t_init=t_init, t_sup=t_sup, Tc=1.0 if Tc is None else Tc, Tp=Tp,
             Td=min(3.0, Tp) if Td is None else Td, detec_rho=detec_rho, com_range=com_range, def_epsilon=def_epsilon,
             safe_epsilon=safe_epsilon, ls_time_opt_scale=ls_time_opt_scale, dist_opt_offset=dist_opt_offset,
-            ls_min_dist=ls_min_dist, solver=solver)
+            ls_min_dist=ls_min_dist, solver=solver, acc=acc, fs_maxit=fs_maxit, maxit=maxit, ls_maxit=ls_maxit)
         if not (0 < rho <= 100 and 0 <= margin <= 10 and epoch >= 1 and patience > 0):
             raise InvalidInput(f'rho {rho} m, margin {margin} m, epoch {epoch} or patience {patience} s is out of '
                                'range: 0 < rho <= 100, 0 <= margin <= 10, epoch >= 1, patience > 0')
@@ -128,15 +131,10 @@ class HorizonRobot(Robot):
         self._rounds.sections = ProvedSections(self.k_mod, self.environment, self.limits, self.options)
 
     def restarted(self, epoch: int, now: float) -> HorizonRobot:
-        said = {each.name: getattr(self.options, each.name) for each in fields(self.options)}
-        settable = {name: said.pop(name) for name in ('acc', 'fs_maxit', 'maxit', 'ls_maxit')}
         world = self.environment
-        robot = HorizonRobot(self.eyed, self._model_from(now), world.obstacles, world.boundary, self.neigh,
-                             rho=self.rho, grid=world.grid, margin=self._margin, epoch=epoch, start_time=now,
-                             patience=self._patience, **said)
-        for name, value in settable.items():
-            robot.set_option(name, value)
-        return robot
+        return HorizonRobot(self.eyed, self._model_from(now), world.obstacles, world.boundary, self.neigh,
+                            rho=self.rho, grid=world.grid, margin=self._margin, epoch=epoch, start_time=now,
+                            patience=self._patience, **asdict(self.options))
 
     def set_option(self, name: str, value: float | None = None) -> None:
         """Set the accuracy ``acc`` or the iterations ``fs_maxit``, ``maxit``, ``ls_maxit`` of first, intermediate and
@@ -300,10 +298,6 @@ class HorizonRobot(Robot):
     def distance_left(self, now: float) -> float:
         """Return how far [m] the goal is from where the robot is at ``now`` [s], in a straight line."""
         return float(np.linalg.norm(self.k_mod.z_final - self.state(now)[:2]))
-
-    @property
-    def goal(self) -> NDArray[np.float64]:
-        return self.k_mod.q_final
 
     @property
     def held_up(self) -> HoldUp | None:

@@ -31,7 +31,7 @@ class Rounds:
     options : HorizonOptions
     limits : Limits
     neigh : tuple of int
-        Peers to stay in range of.
+        Peers to stay in range of, from when they are in range on, as long as they live.
 
     Attributes
     ----------
@@ -104,7 +104,8 @@ class Rounds:
             need, moves = self._need(other), np.ptp(plan.points, axis=0).any()
             if away <= need + (2 if moves else 1) * self._limits.v_max * options.Tp:
                 blocks.append(Collision(path, min(need + options.safe_epsilon, max(need, away - 1e-3))))
-            if other in self._neigh and away + 2 * self._limits.v_max * options.Tp >= options.com_range:
+            might_part = away + 2 * self._limits.v_max * options.Tp >= options.com_range
+            if self._is_company(other) and might_part and away <= options.com_range:
                 blocks.append(Communication(path, options.com_range - options.safe_epsilon))
         return blocks
 
@@ -115,8 +116,14 @@ class Rounds:
         return all(self.are_clear(plan, other, theirs) for other, theirs in others)
 
     def are_clear(self, own: Plan, other: int, theirs: Plan) -> bool:
-        """Return whether two plans keep apart, and neighbours within range, from now on and for ever."""
+        """Return whether two plans keep apart, and neighbours in range within it, from now on and for ever."""
         knot = int(np.floor(self.now / self.options.step + 1e-9))
         if not plan_pairs.stay_apart(own, theirs, knot, self._need(other)):
             return False
-        return other not in self._neigh or plan_pairs.stay_within(own, theirs, knot, self.options.com_range)
+        reach = self.options.com_range
+        return (not self._is_company(other) or not plan_pairs.begin_within(own, theirs, knot, reach)
+                or plan_pairs.stay_within(own, theirs, knot, reach))
+
+    def _is_company(self, other):
+        """Return whether to stay in range of ``other``, once there: who counts as dead follows nobody."""
+        return other in self._neigh and not self.exchange.is_silent(other, self.now)

@@ -33,6 +33,14 @@ def stay_within(p: Plan, q: Plan, knot: int, most: float) -> bool:
         need - np.linalg.norm(pieces[:, [0, -1]], axis=2).max(axis=1))))
 
 
+def begin_within(p: Plan, q: Plan, knot: int, most: float) -> bool:
+    """Return whether ``p`` and ``q`` are no more than ``most`` [m] apart at ``knot``, or where the later begins.
+
+    Where that holds of two plans that `stay_within`, it holds of all that goes on from them.
+    """
+    return bool(np.linalg.norm(_relative(p, q, knot)[0, 0]) <= most + _ROUNDING)
+
+
 def _relative(p, q, knot) -> NDArray[np.float64]:
     """Return the Bezier points (S, 4, 2) [m] of ``p`` as seen from ``q``, until both are at rest."""
     first = max(knot, p.first_knot, q.first_knot)

@@ -139,6 +139,30 @@ def test_neighbours_stay_within_range_of_the_radio():
     assert 10.0 < apart.max() <= 11.0
 
 
+def company(*ways, **options):
+    """Return a mission of two that are to stay within 7 m of each other."""
+    quick = {'com_range': 7.0, 'Tc': 0.5, 'Tp': 2.0, 'Td': 2.0, 'patience': 2.0, 'solver': 'active_set'}
+    room = Boundary((0, 14), (0, 6))
+    return mission([robot(index, *way, boundary=room, neigh=[3 - index], **HORIZON, **quick, **options)
+                    for index, way in enumerate(ways, 1)], boundary=room)
+
+
+def test_a_dead_neighbour_does_not_hold_its_neighbour_back():
+    simulation = company(((1, 2, 0.0), (11, 2, 0.0)), ((1, 4, 0.0), (11, 4, 0.0)))
+    report = simulation.run(timeout=40.0, faults=Faults(kills=(Kill(2, 1.0),)))
+    assert report.violations == [] and simulation.robots[1].is_done, report.table()
+    assert simulation.solutions[2].x[-1] < 11 - 7.0
+
+
+def test_neighbours_that_start_out_of_range_drive_and_stay_in_range_once_there():
+    simulation = company(((1, 2, 0.0), (7, 2, 0.0)), ((12, 4, np.pi), (8, 4, np.pi)))
+    assert simulation.run(timeout=40.0).valid
+    t = np.linspace(0.0, 20.0, 2000)
+    one, other = (solution.states(t)[:, :2] for solution in simulation.solutions.values())
+    in_range = np.linalg.norm(one - other, axis=1) <= 7.0
+    assert not in_range[0] and in_range[-1] and (np.diff(in_range.astype(int)) >= 0).all()
+
+
 def test_t_init_and_t_sup_say_when_a_robot_plans():
     late = mission([robot(1, *CROSS[0], **HORIZON, t_init=3.0)])
     assert late.run(timeout=20.0).valid
@@ -251,6 +275,21 @@ def test_what_is_no_option_is_refused():
         robot(1, *SWAP[0], **HORIZON).set_option('tolerance', 1e-3)
     with pytest.raises(InvalidInput, match='rest to rest'):
         Robot(1, UnicycleKineModel((1, 1, 0), (2, 1, 0), u_init=(1, 0)), [], ROOM, **HORIZON)
+
+
+def test_a_scene_gives_accuracy_and_iterations_too_and_a_new_process_keeps_them():
+    said = {'acc': 1e-3, 'fs_maxit': 41, 'maxit': 15, 'ls_maxit': 21}
+    scene = Scene('m', (RobotSpec(1, (1, 1, 0), (2, 1, 0)),), boundary=ROOM, method='receding_horizon', horizon=said)
+    one = scene.robot(1)
+    one.set_option('maxit', 16)
+    assert [getattr(each.options, name) for each in (one, one.restarted(2, 0.0)) for name in said] == [
+        1e-3, 41, 16, 21] * 2
+
+
+def test_a_goal_that_was_asked_for_is_a_copy():
+    one = robot(1, *SWAP[0], **HORIZON)
+    one.goal[0] = 5.0
+    assert one.goal.tolist() == [9.0, 3.0, 0.0]
 
 
 def test_a_robot_that_is_stopped_ends_its_plan_and_stays():

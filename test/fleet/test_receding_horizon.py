@@ -180,7 +180,8 @@ def test_the_goal_point_is_ahead_and_never_beyond_the_goal(x, y, horizon, farthe
 @pytest.mark.parametrize('changed, name', [
     ({'N_s': 3}, 'N_s'), ({'N_s': 20.0}, 'N_s'), ({'n_knots': 2}, 'n_knots'), ({'Tc': 0.0}, 'Tc'),
     ({'Tp': np.nan}, 'Tp'),
-    ({'Tc': 3.0}, 'Tc'), ({'Td': 4.0}, 'Td'), ({'t_sup': -1.0}, 't_sup'), ({'detec_rho': -1.0}, 'detec_rho'),
+    ({'Tc': 3.0}, 'Tc'), ({'Td': 4.0}, 'Td'), ({'t_sup': -1.0}, 't_sup'), ({'t_sup': 'never'}, 't_sup'),
+    ({'detec_rho': -1.0}, 'detec_rho'),
     ({'com_range': np.inf}, 'com_range'), ({'def_epsilon': 0.0}, 'def_epsilon'),
     ({'safe_epsilon': -0.1}, 'safe_epsilon'),
     ({'ls_time_opt_scale': 0.0}, 'ls_time'), ({'dist_opt_offset': 1e4}, 'dist_opt'), ({'ls_min_dist': -1.0}, 'ls_min'),
@@ -189,6 +190,11 @@ def test_the_goal_point_is_ahead_and_never_beyond_the_goal(x, y, horizon, farthe
 def test_an_option_out_of_its_range_is_refused_by_name(changed, name):
     with pytest.raises(InvalidInput, match=name):
         HorizonOptions(**changed)
+
+
+def test_numbers_of_numpy_are_numbers():
+    said = HorizonOptions(N_s=np.int64(14), n_knots=np.int32(5), Tc=np.float32(0.5), t_sup=np.inf)
+    assert said == HorizonOptions(N_s=14, n_knots=5, Tc=0.5, t_sup=np.inf)
 
 
 def test_an_unknown_option_is_refused():
