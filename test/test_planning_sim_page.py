@@ -42,6 +42,15 @@ def test_every_class_and_method_that_the_page_says_is_somewhere_is_defined():
         re.search(rf'^class {kind}\b', text, re.MULTILINE) and f'def {method}' in text for text in files)] == []
 
 
+def test_what_is_public_lives_where_the_page_says():
+    rows = [row.split('|')[1:3] for row in PAGE.split('## Every name')[1].splitlines() if row.startswith('| `')]
+    said = [(kind, file) for name, place in rows for kind in re.findall(r'`([A-Z][A-Za-z]+)\(', name)
+            for file in re.findall(r'`(\w+/\w+\.py)`', place)[:1]]
+    assert len(said) == 8
+    assert [(kind, file) for kind, file in said if not re.search(
+        rf'^class {kind}\b', (ROOT / 'mobile_planning' / file).read_text(encoding='utf-8'), re.MULTILINE)] == []
+
+
 def test_the_example_of_the_page_runs(capsys):
     (example,) = re.findall(r'```python\n(.*?)```', PAGE, re.DOTALL)
     exec(compile(example, 'planning_sim.md', 'exec'), {})
