@@ -1,4 +1,4 @@
-"""What sections of the receding horizon cost, for ``benchmark.fleet``: time and programs by both of its solvers."""
+"""What sections of the receding horizon cost, for ``benchmark.fleet``: time and programs by each of its solvers."""
 from dataclasses import replace
 
 import numpy as np

@@ -46,7 +46,8 @@ class WorldSim:
     Raises
     ------
     InvalidInput
-        Two robots have one id, or have starts, or goals, closer than their radii and margins allow.
+        Two robots have one id, or have starts, or goals, closer than their radii and margins allow, or one has a
+        neighbour that is none of them.
     """
 
     def __init__(self, name_id: str, robots: Sequence[Robot], obstacles: Sequence[Obstacle] = (),
@@ -60,6 +61,10 @@ class WorldSim:
         if len({robot.method for robot in robots}) > 1:
             raise InvalidInput('all robots of a mission plan by one method, not '
                                + ', '.join(f'{robot.eyed} by {robot.method}' for robot in robots))
+        strangers = [(robot.eyed, other) for robot in robots for other in robot.neigh if other not in self.robots]
+        if strangers:
+            raise InvalidInput('neighbours are robots of the mission, not ' + ', '.join(
+                f'{other}, in whose range robot {eyed} is to stay' for eyed, other in strangers))
         require_apart([replace(body_of(robot), radius=robot.limits.radius) for robot in robots])
 
     @property

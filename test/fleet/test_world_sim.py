@@ -114,6 +114,11 @@ def test_robots_of_different_sizes_and_limits_pass_each_other():
     assert report.min_separation >= 0.6 and nearest(simulation.solutions, {1: 0.5, 2: 0.1}) >= 0
 
 
+def test_a_neighbour_that_is_not_of_the_mission_is_refused():
+    with pytest.raises(InvalidInput, match='not 7, in whose range robot 1'):
+        mission([robot(1, *SWAP[0], neigh=[7, 2]), robot(2, *SWAP[1])])
+
+
 def test_a_robot_alone_needs_no_network():
     report = mission([robot(1, *SWAP[0])]).run(loss=1.0)
     assert report.valid and report.min_separation == np.inf
