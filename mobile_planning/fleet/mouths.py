@@ -43,7 +43,7 @@ def finer_at_mouths(roadmap: Roadmap, need: float) -> Roadmap:
         in_sight = roadmap.room_along(np.broadcast_to(mouth + spacing * outwards, places.shape), places)[0] > 0.0
         found.append(places[in_sight & (roadmap.environment.clearance(places) >= roadmap.radius + MARGIN)])
     kept = list(roadmap.places)
-    for place in np.concatenate(found):
+    for place in np.concatenate([np.empty((0, 2)), *found]):
         if np.linalg.norm(np.array(kept) - place, axis=1).min() >= _NEAR * spacing:
             kept.append(place)
     return roadmap.with_places(np.array(kept[len(roadmap.places):]).reshape(-1, 2), _REACH * spacing)

@@ -43,3 +43,9 @@ def test_on_each_side_of_a_way_out_there_is_a_place_to_wait_just_far_enough(angl
 def test_a_world_without_lanes_needs_no_more_places():
     roadmap = Roadmap(Environment(Boundary((0, 5), (0, 5))), RADIUS)
     assert finer_at_mouths(roadmap, NEED) is roadmap
+
+
+def test_lanes_of_which_none_has_a_mouth_need_no_more_places(monkeypatch):
+    monkeypatch.setattr('mobile_planning.fleet.mouths.mouths', lambda roadmap, apart: [])
+    roadmap = corridor(0.0)
+    assert finer_at_mouths(roadmap, NEED).places.tolist() == roadmap.places.tolist()
