@@ -132,7 +132,7 @@ class Coordination:
     def _adopt(self, plan, now):
         self._follower = self._last = Follower(plan, self._id, now)
         self._left_at = {}
-        self._proposer.rest()
+        self._proposer.rest(plan, now)
 
     # Once a cycle
 

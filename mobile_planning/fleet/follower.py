@@ -13,6 +13,8 @@ from mobile_planning.fleet.roadmap import distances
 _BESIDE, _REACHED = 0.3, 0.15
 #: After this [s] without progress it goes back to the line of its move.
 _BACK = 1.0
+#: A move is led to when whoever goes before it has no more than so many moves to go, for these will be over.
+_SOON = 1
 
 
 class Follower:
@@ -31,7 +33,8 @@ class Follower:
         Moves that the body has completed; -1 as long as it is not on its way.
     progress : dict of int to int
         Moves that each member's own plan in force completes, as far as is known. It is always driven to its end, so
-        that whoever waits for it may set out earlier.
+        that whoever waits for it may set out earlier; earlier still where the next plan will complete what is waited
+        for. Should it not, the contracts keep the two apart.
     """
 
     def __init__(self, plan: JointPlan, robot_id: int, now: float):
@@ -56,8 +59,16 @@ class Follower:
 
     def waits_for(self, move: int) -> list[int]:
         """Return the members that must go on before a move may begin; none where there is no such move."""
-        return [other for other, count in self._needs[move] if self.progress[other] < count
+        return [other for other, count in self._needs[move] if not self._soon_over(other, count)
                 ] if move < self.moves else []
+
+    def _soon_over(self, other, count):
+        """Whether a member's plan in force completes so many moves, or its next one will, as nobody is before it."""
+        known = self.progress[other]
+        if known >= count or known == 0 or known < count - _SOON:
+            return known >= count
+        needs = self.plan.needs[self.plan.members.index(other)][known:count]
+        return all(third == self._id or self.progress[third] >= moves for need in needs for third, moves in need)
 
     @property
     def has_finished(self) -> bool:

@@ -55,7 +55,7 @@ class Proposer:
         self._knowledge = knowledge
         self.enter(environment)
         self._level, self._asked, self._void = 0, 0, 0
-        self._proposed_at = self._look_at = self._requested_at = -np.inf
+        self._proposed_at = self._void_at = self._look_at = self._requested_at = -np.inf
         self._since: float | None = None
 
     def enter(self, environment: Environment) -> None:
@@ -75,9 +75,11 @@ class Proposer:
         """Whether a plan is due and not made yet."""
         return self._since is not None
 
-    def rest(self) -> None:
-        """Note that a plan is in force."""
+    def rest(self, plan: JointPlan, now: float) -> None:
+        """Note that ``plan`` is in force from ``now`` [s] on, whoever proposed it."""
         self._since = None
+        if not any(plan.moves(member) for member in plan.members):
+            self._void_at = now
 
     def forget(self) -> None:
         """Take back every request: what comes of it is not wanted any more."""
@@ -154,9 +156,11 @@ class Proposer:
             return any(self._knowledge.is_silent(other, now) for other in own.waits_for(own.released))
         if is_done or np.linalg.norm(plan_end - goal) <= HOME:
             return False
+        # What leads nowhere is tried again, but ever more rarely.
+        if now - max(self._proposed_at, self._void_at) < min(_PAUSE * 2.0**(self._level - _TRIED), _LONGEST_PAUSE):
+            return False
         if stalled >= STALLED:
-            # What leads nowhere is tried again, but ever more rarely.
-            return now - self._proposed_at >= min(_PAUSE * 2.0**(self._level - _TRIED), _LONGEST_PAUSE)
+            return True
         if now >= self._look_at and (self._environment.obstacles or self._environment.grid is not None):
             self._look_at = now + _LOOK_EVERY
             self._is_contested = self._meets_somebody(now, plan_end, goal)

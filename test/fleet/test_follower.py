@@ -17,6 +17,23 @@ def test_a_move_waits_for_the_moves_that_it_needs():
     assert follower.progress[1] == 0, 'nobody knows better than the robot itself'
 
 
+def test_a_move_begins_when_another_is_about_to_make_way_and_waits_for_nobody():
+    ways = [(0, 0), (1, 0)], [(1, 0), (2, 0), (3, 0), (4, 0), (5, 0)], [(0, 5), (1, 5)]
+    needs = (((2, 4),),), ((), (), (), ((3, 1),)), ((),)
+    follower = Follower(joint_plan(ways=ways, needs=needs), 1, 0.0)
+    for known, released in (({2: 2}, 0), ({2: 3}, 0), ({3: 1}, 1)):
+        follower.learn(known)
+        assert follower.released == released and follower.waits_for(0) == ([] if released else [2])
+    follower.learn({2: 4})
+    assert follower.released == 1
+
+
+def test_a_move_waits_for_who_has_not_set_out_however_near_it_is():
+    follower = Follower(joint_plan(), 1, 0.0)
+    follower.learn({2: 0, 3: 1})
+    assert follower.waits_for(0) == [2]
+
+
 def test_the_end_of_the_plan_in_force_counts_for_others_and_the_body_for_the_way():
     follower = Follower(joint_plan(ways=([(0, 0), (1, 0)], [(1, 0), (2, 0), (3, 0)], WAYS[2]),
                                    needs=(NEEDS[0], ((), ()), ((),))), 2, 0.0)
