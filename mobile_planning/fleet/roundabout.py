@@ -104,7 +104,8 @@ def updated(roundabout: Roundabout | None, crowd: tuple[NDArray, int] | None, po
     """Return the roundabout after another look, about three cycles after the last one.
 
     It stays where it is for whoever is on it, moves little for the others, and shrinks slowly: else its centre would
-    follow the stragglers.
+    follow the stragglers. A larger crowd than it was made for makes another one: who has heard of few so far would keep
+    a centre that is not the others'.
 
     Parameters
     ----------
@@ -123,13 +124,13 @@ def updated(roundabout: Roundabout | None, crowd: tuple[NDArray, int] | None, po
         return Roundabout(roundabout.centre, roundabout.radius - 0.5 * radius, roundabout.age + 1)
     centre, size = crowd
     wanted = max(_LEAST_RADIUS, _SPACING * size / (2 * np.pi)) * radius
-    if roundabout is None:
+    if roundabout is None or wanted > roundabout.radius:
         return Roundabout(centre, wanted)
     if np.hypot(*(centre - roundabout.centre)) < max(1.5 * roundabout.radius, 5 * radius):
         is_near = np.hypot(*(np.asarray(position, float) - roundabout.centre)) < roundabout.radius + 10 * radius
         shrunk = roundabout.radius - (0.15 if is_near else 0.5) * radius
         moved = roundabout.centre if is_near else 0.7 * roundabout.centre + 0.3 * centre
         return Roundabout(moved, max(wanted, shrunk))
-    if wanted > roundabout.radius or roundabout.age > 2:
+    if roundabout.age > 2:
         return Roundabout(centre, wanted)
     return Roundabout(roundabout.centre, roundabout.radius, roundabout.age + 1)

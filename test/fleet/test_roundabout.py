@@ -87,6 +87,15 @@ def test_the_circle_stays_for_who_is_on_it_and_moves_a_little_for_who_is_far():
     assert before.radius > near.radius > far.radius
 
 
+@given(st.permutations(range(16)), st.integers(1, 15))
+def test_who_has_heard_few_at_first_goes_round_the_same_circle_as_the_others(heard, few):
+    places, goals = swap(16, 4.0)
+    everybody = predict_crowd(places, goals, RADIUS, 1.0)
+    first = updated(None, predict_crowd(places[heard[:few]], goals[heard[:few]], RADIUS, 1.0), places[heard[0]], RADIUS)
+    late, early = updated(first, everybody, places[heard[0]], RADIUS), updated(None, everybody, places[0], RADIUS)
+    assert late.centre == pytest.approx(early.centre) and late.radius == early.radius
+
+
 def test_the_circle_is_gone_some_time_after_the_crowd():
     roundabout, looks = updated(None, (np.zeros(2), 16), (3, 0), RADIUS), 0
     while roundabout is not None:
