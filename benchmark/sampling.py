@@ -8,9 +8,10 @@ planner for a car that drives forwards, its RRTConnect, which asks for ways that
 plane alone. Ours is timed with all that it does, set-up and points of the path among it; the world as kernels want it
 is made once, as are OMPL's raster and space, which are not counted either.
 
-    python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--without-peers] [--first] [--pictures FOLDER]
+    python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--peers ...] [--first] [--pictures FOLDER]
 
-With ``--first`` all stop at their first path, and what takes longer (the costs, RRT* of OMPL) is left out.
+With ``--first`` all stop at their first path, and what takes longer (the costs, RRT* of OMPL) is left out; with
+``--peers`` only those named take part, none if none is.
 
 The OMPL wheel (`pip install ompl`) takes part if it is installed.
 """
@@ -27,7 +28,8 @@ from mobile_planning import RRT, load_problem
 FOLDER = Path(__file__).resolve().parent.parent / 'test' / 'data' / 'sampling'
 LIMIT = 5.0
 MARKS = (0.5, 2.0, 5.0)
-COLUMNS = '{:19} {:24} {:>7} {:>11} {:>8} {:>20} {:>7}'
+COLUMNS = '{:19} {:24} {:>7} {:>11} {:>8} {:>20} {:>7} {:>8}'
+PEERS = ('RRT', 'RRTConnect', 'RRTstar', 'RRT-Dubins', 'PythonRobotics')
 
 
 def is_fine(problem, points):
@@ -47,18 +49,21 @@ def planted(problem):
 
 
 def run_ours(problem, seeds, only_first):
-    """Return rows (solved, first path [s], costs after the marks, fine) of our planner."""
+    """Return rows (solved, first path [s], costs after the marks, fine, time over the deadline [s]) of our planner."""
     best, rows = problem.best_known['cost'], []
     for seed in range(seeds):
         rrt, begun = planted(problem), time.thread_time()
         results = [rrt.run(problem.goal, deadline=LIMIT, seed=seed)]
         spent = time.thread_time() - begun
+        late = 0.0
         if not only_first:
-            results.append(planted(problem).run(problem.goal, deadline=LIMIT, seed=seed, star=True))
+            rrt, begun = planted(problem), time.perf_counter()
+            results.append(rrt.run(problem.goal, deadline=LIMIT, seed=seed, star=True))
+            late = time.perf_counter() - begun - LIMIT
         costs = [min((step.cost for step in results[-1].history if only_first or step.elapsed <= mark),
                      default=np.inf) / best for mark in MARKS]
         fine = all(result.is_solved and is_fine(problem, result.path) for result in results)
-        rows.append((all(result.is_solved for result in results), spent, costs, fine))
+        rows.append((all(result.is_solved for result in results), spent, costs, fine, late))
     return rows
 
 
@@ -68,7 +73,7 @@ def run_peer(problem, seeds, plan):
     for seed in range(seeds):
         spent, cost, points = plan(seed)
         fine = points is not None and is_fine(problem, points)
-        rows.append((points is not None, spent, [cost / best] * len(MARKS), fine))
+        rows.append((points is not None, spent, [cost / best] * len(MARKS), fine, 0.0))
     return rows
 
 
@@ -85,30 +90,33 @@ class Table:
         self._ours = first if self._ours is None else self._ours
         costs = ' '.join(f'{cost:.3f}' for cost in np.median([row[2] for row in rows], axis=0)[:marks])
         print(COLUMNS.format(self._name, planner, f'{len(solved)}/{len(rows)}', f'{1e3 * first:.2f} ms',
-                             f'{first / self._ours:.1f}', costs, f'{sum(row[3] for row in rows)}/{len(solved)}'),
+                             f'{first / self._ours:.1f}', costs, f'{sum(row[3] for row in rows)}/{len(solved)}',
+                             f'{1e3 * max(row[4] for row in rows):.1f} ms'),
               flush=True)
 
 
-def peers(problem, table, seeds, only_first):
-    """Run the peers that can plan the problem."""
+def peers(problem, table, seeds, names):
+    """Run those of the peers named that can plan the problem."""
     few = max(1, seeds // 4)
     try:
         ompl = Ompl(problem, Raster(problem))
     except ImportError:
-        ompl = None
-    if ompl is not None:
+        names = [name for name in names if not name.startswith('RRT') or name == 'RRT-Dubins']
+    if 'RRT' in names:
         table.add('OMPL RRT', run_peer(problem, seeds, lambda seed: ompl.solve('RRT', LIMIT)))
-    if ompl is not None and problem.kind != 'dubins':
+    if 'RRTConnect' in names and problem.kind != 'dubins':
         table.add('OMPL RRTConnect', run_peer(problem, seeds, lambda seed: ompl.solve('RRTConnect', LIMIT)))
-    if ompl is not None and not only_first:
-        table.add('OMPL RRT* 2 s', run_peer(problem, few, lambda seed: ompl.solve('RRTstar', 2.0)))
-    if problem.kind == 'dubins':
+    if 'RRTstar' in names:
+        table.add('OMPL RRT* 2 s', run_peer(problem, 2 * few, lambda seed: ompl.solve('RRTstar', 2.0)))
+    for name, planner in (('RRT-Dubins', rrt_dubins), ('PythonRobotics', rrt_python_robotics)):
+        if name not in names or problem.kind != 'dubins':
+            continue
         shapes = Shapes(problem)
-        for name, planner in (('RRT-Dubins', rrt_dubins), ('PythonRobotics', rrt_python_robotics)):
-            def plan(seed, planner=planner):
-                spent, cost, path = planner(problem, shapes, seed, LIMIT)
-                return spent, cost, None if path is None else poses_along(path, problem.turning_radius)
-            table.add(f'{name}, restated', run_peer(problem, few, plan))
+
+        def plan(seed, planner=planner, shapes=shapes):
+            spent, cost, path = planner(problem, shapes, seed, LIMIT)
+            return spent, cost, None if path is None else poses_along(path, problem.turning_radius)
+        table.add(f'{name}, restated', run_peer(problem, few, plan))
 
 
 def draw(problem, folder):
@@ -130,11 +138,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seeds', type=int, default=20)
     parser.add_argument('--problems', nargs='*', default=sorted(path.stem for path in FOLDER.glob('*.json')))
-    parser.add_argument('--without-peers', action='store_true')
+    parser.add_argument('--peers', nargs='*', default=PEERS, choices=PEERS)
     parser.add_argument('--first', action='store_true')
     parser.add_argument('--pictures', type=Path)
     options = parser.parse_args()
-    print(COLUMNS.format('problem', 'planner', 'solved', 'first path', 'x ours', 'cost 0.5 / 2 / 5 s', 'fine'))
+    print(COLUMNS.format('problem', 'planner', 'solved', 'first path', 'x ours', 'cost 0.5 / 2 / 5 s', 'fine', 'late'))
     for name in options.problems:
         problem = load_problem(FOLDER / f'{name}.json')
         planted(problem).run(problem.goal, 1000, seed=0, star=True)  # reads the kernels
@@ -143,8 +151,9 @@ def main():
             continue
         table = Table(problem)
         table.add('ours', run_ours(problem, options.seeds, options.first), 1 if options.first else len(MARKS))
-        if not (options.without_peers or problem.environment.moving):
-            peers(problem, table, options.seeds, options.first)
+        if not problem.environment.moving:
+            slow = {'RRTstar'} if options.first else set()
+            peers(problem, table, options.seeds, [name for name in options.peers if name not in slow])
 
 
 if __name__ == '__main__':

@@ -1,64 +1,37 @@
 """The path server of a node, kept on what was heard last, in the thread that plans."""
 from __future__ import annotations
 
-import time
 from contextlib import contextmanager
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import PlanningError, PlanningTimeout
+from mobile_planning.errors import PlanningError
 from mobile_planning.nodes.convert import check_frame, configuration
 from mobile_planning.nodes.planning_basis import PlanningBasis
 from mobile_planning.nodes.progress import UnderWay
+from mobile_planning.nodes.site import Site, remaining
 from mobile_planning.path_query import PlannedPath
 from mobile_planning.path_server import FIELD_PLANNERS
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
-class PlanningSite:
+class PlanningSite(Site[PlanningBasis]):
     """A path server that takes over what is wanted of it when the next request's turn comes.
-
-    `wanted` is set by the executor's thread, the methods are for the worker's: a request is planned on one basis, the
-    newest when its turn comes.
-
-    Parameters
-    ----------
-    wanted : PlanningBasis
 
     Attributes
     ----------
-    wanted : PlanningBasis
-        What the next request is to be planned on.
     under_way : UnderWay or None
         What is being planned at the moment.
     """
 
     def __init__(self, wanted: PlanningBasis):
-        self.wanted = self._adopted = wanted
+        super().__init__(wanted)
         self.under_way = None
         self._server = wanted.options.path_server()
         # Goal and planner of the newest path.
         self._newest = None
-
-    def adopt(self) -> None:
-        """Take over what is wanted, if it is not there yet."""
-        wanted, before = self.wanted, self._adopted
-        if wanted is before:
-            return
-        masks = {} if wanted.grid is None else wanted.mask_grids()
-        updates = self._server.updates
-        if wanted.options is not before.options or wanted.grid is None:
-            self._server = wanted.options.path_server()
-        if wanted.grid is not None:
-            # Of the same server plans may still do.
-            self._server.set_map(wanted.grid, **masks)
-            if wanted.grid is before.grid:
-                self._server.update_costs(*updates)
-        if wanted.frame != before.frame:
-            self._newest = None
-        self._adopted = wanted
 
     def update_costs(self, wanted: PlanningBasis, frame: str, cells: ArrayLike, costs: ArrayLike) -> None:
         """Change the costs of cells of the map that was the newest when the update came; a newer one forgets it.
@@ -113,7 +86,7 @@ class PlanningSite:
         goal, planner = self._newest
         planner = planner if planner in FIELD_PLANNERS else FIELD_PLANNERS[0]
         with self._counted(planner, goal) as done:
-            grid, field = self._server.cost_to_go(goal, planner, deadline=_remaining(until), stop=stop, done=done)
+            grid, field = self._server.cost_to_go(goal, planner, deadline=remaining(until), stop=stop, done=done)
         return grid, self._adopted.frame, goal, planner, field
 
     def plan(self, planner: str, start: PoseStamped, goal: PoseStamped, until: float, seed: int, tolerance: float,
@@ -142,10 +115,23 @@ class PlanningSite:
         self._adopted.require_map()
         ends = configuration(start, frame, 'start'), configuration(goal, frame, 'goal')
         with self._counted(planner or self._server.default_planner, ends[1]) as done:
-            path = self._server.plan_path(planner, *ends, deadline=_remaining(until), seed=int(seed),
+            path = self._server.plan_path(planner, *ends, deadline=remaining(until), seed=int(seed),
                                           tolerance=float(tolerance), stop=stop, done=done)
         self._newest = tuple(path.poses[-1].tolist()), path.statistics['planner']
         return path, frame
+
+    def _take_over(self, wanted, before):
+        masks = {} if wanted.grid is None else wanted.mask_grids()
+        updates = self._server.updates
+        if wanted.options is not before.options or wanted.grid is None:
+            self._server = wanted.options.path_server()
+        if wanted.grid is not None:
+            # Of the same server plans may still do.
+            self._server.set_map(wanted.grid, **masks)
+            if wanted.grid is before.grid:
+                self._server.update_costs(*updates)
+        if wanted.frame != before.frame:
+            self._newest = None
 
     @contextmanager
     def _counted(self, planner, goal):
@@ -155,11 +141,3 @@ class PlanningSite:
             yield self.under_way.done
         finally:
             self.under_way = None
-
-
-def _remaining(until):
-    """Return the time until then [s], or raise PlanningTimeout."""
-    remaining = until - time.monotonic()
-    if remaining <= 0:
-        raise PlanningTimeout('the deadline passed while other requests were answered')
-    return remaining

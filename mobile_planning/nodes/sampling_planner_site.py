@@ -1,16 +1,16 @@
 """The sampling server of a node, kept on what was heard last, in the thread that plans."""
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 
 from geometry_msgs.msg import PoseStamped
 from mobile_planning_msgs.msg import ObstacleArray
 from numpy.typing import NDArray
 
-from mobile_planning.errors import InvalidInput, NoMap, PlanningError, PlanningTimeout
+from mobile_planning.errors import InvalidInput, NoMap, PlanningError
 from mobile_planning.nodes.convert import check_frame, configuration
 from mobile_planning.nodes.convert_obstacles import Obstacles, obstacles
+from mobile_planning.nodes.site import Site, remaining
 from mobile_planning.path_query import PlannedPath
 from mobile_planning.sampling.prm_statistics import RoadmapStatistics
 from mobile_planning.sampling_options import SamplingOptions
@@ -41,23 +41,11 @@ class SamplingBasis:
     obstacles_frame: str = ''
 
 
-class SamplingSite:
-    """A sampling server that takes over what is wanted of it when the next request's turn comes.
-
-    `wanted` is set by the executor's thread, the methods are for the worker's.
-
-    Parameters
-    ----------
-    wanted : SamplingBasis
-
-    Attributes
-    ----------
-    wanted : SamplingBasis
-        What the next request is to be planned on.
-    """
+class SamplingSite(Site[SamplingBasis]):
+    """A sampling server that takes over what is wanted of it when the next request's turn comes."""
 
     def __init__(self, wanted: SamplingBasis):
-        self.wanted = self._adopted = wanted
+        super().__init__(wanted)
         self._server = SamplingServer(wanted.options)
 
     def change(self, **changes) -> None:
@@ -76,21 +64,6 @@ class SamplingSite:
         frame = message.header.frame_id
         there = obstacles(message, self.wanted.frame or frame)
         self.change(obstacles=there if there.since > 0 else there._replace(since=now), obstacles_frame=frame)
-
-    def adopt(self) -> None:
-        """Take over what is wanted, if it is not there yet."""
-        wanted, before = self.wanted, self._adopted
-        if wanted is before:
-            return
-        if wanted.obstacles_frame and wanted.grid is not None:
-            check_frame(wanted.obstacles_frame, wanted.frame, 'the obstacle array')
-        is_new = wanted.options != before.options or wanted.grid is None
-        if is_new:
-            self._server = SamplingServer(wanted.options)
-        if wanted.grid is not None and (is_new or wanted.grid is not before.grid):
-            self._server.set_map(wanted.grid)
-        self._server.set_obstacles(*wanted.obstacles)
-        self._adopted = wanted
 
     def plan(self, planner: str, start: PoseStamped, goal: PoseStamped, until: float, seed: int, now: float,
              stop: NDArray, progress: Progress) -> tuple[PlannedPath, str]:
@@ -117,14 +90,14 @@ class SamplingSite:
         """
         frame = self._ready()
         ends = configuration(start, frame, 'start'), configuration(goal, frame, 'goal')
-        return self._server.plan(planner, *ends, deadline=_remaining(until), seed=int(seed), now=now, stop=stop,
+        return self._server.plan(planner, *ends, deadline=remaining(until), seed=int(seed), now=now, stop=stop,
                                  progress=progress), frame
 
     def build_roadmap(self, planner: str, nodes: int, seed: int, until: float, now: float, stop: NDArray
                       ) -> RoadmapStatistics:
         """Build the roadmap of a planner anew, see `SamplingServer.build_roadmap`."""
         self._ready()
-        return self._server.build_roadmap(planner, int(nodes), seed=int(seed), now=now, deadline=_remaining(until),
+        return self._server.build_roadmap(planner, int(nodes), seed=int(seed), now=now, deadline=remaining(until),
                                           stop=stop)
 
     def save_roadmap(self, planner: str, path: str) -> RoadmapStatistics:
@@ -145,12 +118,22 @@ class SamplingSite:
         """Return the edges (n, 2, 2) [m] of the newest tree or roadmap, and their frame."""
         return self._server.newest_graph(), self._adopted.frame
 
+    def _take_over(self, wanted, before):
+        if wanted.obstacles_frame and wanted.grid is not None:
+            check_frame(wanted.obstacles_frame, wanted.frame, 'the obstacle array')
+        is_new = wanted.options != before.options or wanted.grid is None
+        if is_new:
+            self._server = SamplingServer(wanted.options)
+        if wanted.grid is not None and (is_new or wanted.grid is not before.grid):
+            self._server.set_map(wanted.grid)
+        self._server.set_obstacles(*wanted.obstacles)
+
     def _ready(self):
         """Take over what is wanted and return the frame of the map, or raise NoMap."""
-        self.adopt()
-        if self._adopted.grid is None:
+        basis = self.adopt()
+        if basis.grid is None:
             raise NoMap('no map has come yet')
-        return self._adopted.frame
+        return basis.frame
 
 
 def _path(path):
@@ -166,11 +149,3 @@ def _told(function, *args, **options):
         return function(*args, **options)
     except OSError as error:
         raise PlanningError(f'{args[-1]}: {error.strerror or error}') from None
-
-
-def _remaining(until):
-    """Return the time until then [s], or raise PlanningTimeout."""
-    remaining = until - time.monotonic()
-    if remaining <= 0:
-        raise PlanningTimeout('the deadline passed while other requests were answered')
-    return remaining

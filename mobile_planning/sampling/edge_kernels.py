@@ -6,30 +6,17 @@ import numpy as np
 from numba import b1, f8, njit, types, void
 
 from mobile_planning.sampling.steering_kernels import CAR, cut, steer, total, way_end
-from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, pose_is_free, way_is_free
-from mobile_planning.world.collision_kernels import is_free
-from mobile_planning.world.distance_kernels import SPACE
+from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, pose_is_free, room_about, way_is_free
 from mobile_planning.world.motion_kernels import passes_cells, passes_circles, passes_polygons
 
 POINTS = types.Array(f8, 2, 'C', readonly=True)
 SHARES = types.Array(f8, 1, 'C', readonly=True)
-ROOMS = types.Tuple((f8[:, ::1], f8, f8, f8, f8))
-# How much room there is at least in each cell of a coarse grid, and the obstacles.
-PLANE = types.Tuple((ROOMS, SPACE))
 # Pieces of a line whose rooms are looked up before the line is checked exactly.
 PIECES = 8
 
 
-@njit(f8(ROOMS, f8, f8), nogil=True, cache=True, _nrt=False)
-def least_room(rooms, x, y):
-    """Return a lower bound of the room [m] at a point within the bounds."""
-    least, x_min, y_min, columns, rows = rooms
-    column, row = int((x - x_min) * columns), int((y - y_min) * rows)
-    return least[min(max(row, 0), least.shape[0] - 1), min(max(column, 0), least.shape[1] - 1)]
-
-
-@njit(b1(ROOMS, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
-def has_room(rooms, x0, y0, x1, y1):
+@njit(b1(SURROUNDINGS, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+def has_room(world, x0, y0, x1, y1):
     """Return whether a line is seen to be free from the rooms at a few of its points alone: each reaches that far."""
     half = 0.5 * np.hypot(x1 - x0, y1 - y0)
     pieces = 1
@@ -37,7 +24,7 @@ def has_room(rooms, x0, y0, x1, y1):
         piece = 0
         while piece < pieces:
             share = (piece + 0.5) / pieces
-            if least_room(rooms, x0 + share * (x1 - x0), y0 + share * (y1 - y0)) * pieces < half:
+            if room_about(world, x0 + share * (x1 - x0), y0 + share * (y1 - y0))[0] * pieces < half:
                 break
             piece += 1
         if piece == pieces:
@@ -46,21 +33,15 @@ def has_room(rooms, x0, y0, x1, y1):
     return False
 
 
-@njit(b1(PLANE, f8, f8), nogil=True, cache=True, _nrt=False)
-def point_is_free(plane, x, y):
-    """Return whether a robot without a heading is free at a point within the bounds."""
-    return least_room(plane[0], x, y) > 0.0 or is_free(plane[1], x, y, 0.0, 0.0)
-
-
-@njit(b1(PLANE, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
-def straight_is_free(plane, x0, y0, x1, y1):
+@njit(b1(SURROUNDINGS, f8, f8, f8, f8), nogil=True, cache=True, _nrt=False)
+def straight_is_free(world, x0, y0, x1, y1):
     """Return whether the line between two free points is free, of a robot without a heading.
 
     What `line_is_free` does in functions of functions: to hand a space on costs as much as to look at it.
     """
-    rooms, space = plane
-    if has_room(rooms, x0, y0, x1, y1):
+    if has_room(world, x0, y0, x1, y1):
         return True
+    space = world.space
     box = min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
     room = space.reach[0] - space.reach[2]
     if (box[0] < space.box[0] + room or box[1] < space.box[1] + room
@@ -72,13 +53,6 @@ def straight_is_free(plane, x0, y0, x1, y1):
             and (space.cells.size == 0 or passes_cells(space, x0, y0, heading, 0, length, 1.0)))
 
 
-@njit(void(PLANE, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
-def write_points_free(plane, points, out):
-    """Write whether a robot without a heading is free at each point (n, 2) within the bounds."""
-    for k in range(len(out)):
-        out[k] = point_is_free(plane, points[k, 0], points[k, 1])
-
-
 @njit(void(SURROUNDINGS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
 def write_poses_free(world, poses, out):
     """Write whether the robot is free at each pose (n, 3)."""
@@ -86,11 +60,11 @@ def write_poses_free(world, poses, out):
         out[k] = pose_is_free(world, poses[k, 0], poses[k, 1], poses[k, 2], 0.0)
 
 
-@njit(void(PLANE, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
-def write_lines_free(plane, starts, ends, out):
+@njit(void(SURROUNDINGS, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)
+def write_lines_free(world, starts, ends, out):
     """Write whether the line between each pair of free points is free, of a robot without a heading."""
     for k in range(len(out)):
-        out[k] = straight_is_free(plane, starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1])
+        out[k] = straight_is_free(world, starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1])
 
 
 @njit(void(SURROUNDINGS, CAR, POINTS, POINTS, b1[::1]), nogil=True, cache=True, _nrt=False)

@@ -6,7 +6,8 @@ the answer is there. None of the functions holds the GIL.
 import numpy as np
 from numba import b1, f8, i4, i8, njit, types, u1
 
-from mobile_planning.sampling.edge_kernels import PLANE, POINTS, point_is_free, straight_is_free
+from mobile_planning.sampling.edge_kernels import POINTS, straight_is_free
+from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, pose_is_free
 
 EDGES = types.Array(i8, 2, 'C', readonly=True)
 LENGTHS = types.Array(f8, 1, 'C', readonly=True)
@@ -75,7 +76,7 @@ def drop_first(keys, arcs, count):
     return last
 
 
-GRAPH = types.Tuple((OFFSETS, INDICES, INDICES, INDICES, LENGTHS, u1[::1], u1[::1], POINTS, PLANE))
+GRAPH = types.Tuple((OFFSETS, INDICES, INDICES, INDICES, LENGTHS, u1[::1], u1[::1], POINTS, SURROUNDINGS))
 ENDS = types.Tuple((INDICES, INDICES, LENGTHS, u1[::1], INDICES, LENGTHS, POINTS))
 SEARCH = types.Tuple((f8[::1], i4[::1], b1[::1], i4[::1], f8[::1], i4[::1], i8[::1]))
 
@@ -135,7 +136,7 @@ def state_in_plane(graph, ends, tail, head):
     x0, y0 = place_of(graph, ends, tail)
     x1, y1 = place_of(graph, ends, head)
     if head < len(node_states) and node_states[head] == UNKNOWN:
-        node_states[head] = FREE if point_is_free(plane, x1, y1) else BLOCKED
+        node_states[head] = FREE if pose_is_free(plane, x1, y1, 0.0, 0.0) else BLOCKED
         if node_states[head] == BLOCKED:
             return BLOCKED
     if head < tail < len(node_states):
@@ -146,7 +147,7 @@ def state_in_plane(graph, ends, tail, head):
 @njit(b1(GRAPH, ENDS, i8, i8, i8), nogil=True, cache=True)
 def is_found_out(graph, ends, arc, tail, head):
     """Return whether the search can check an arc by itself, and remember what it finds."""
-    if graph[8][0][0].size == 0:
+    if graph[8].rooms.size == 0:
         return False
     state = state_in_plane(graph, ends, tail, head)
     if arc < len(graph[1]):

@@ -24,6 +24,10 @@ class EdgeRule(Enum):
     #: On the cheapest way into the goal zone, or else to the node nearest to the goal.
     GOAL = 'goal'
 
+    @classmethod
+    def _missing_(cls, value: object) -> None:
+        raise InvalidInput(f'rule {value!r} is none of {", ".join(each.value for each in cls)}')
+
 
 class Option(NamedTuple):
     """A way to join a sample to the tree: from which node, and the path."""

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
+from mobile_planning.sampling.surroundings import Surroundings
 from mobile_planning.world.environment import Environment
 
 # Points that one call of a collision function is given at most.
 _CHUNK = 1 << 14
-NO_PLANE = ((np.empty((0, 0)), 0.0, 0.0, 0.0, 0.0), Environment().space())
+NO_PLANE = Surroundings(Environment().space(), np.empty((0, 0)), np.zeros(4))
 
 
 class Space(Protocol):
@@ -30,7 +31,7 @@ class Space(Protocol):
     lookahead : int
         Edges that a lazy search has checked at once: 1 where a check is dear, more where the call costs more than the
         check.
-    plane : tuple
+    plane : Surroundings
         Of straight lines in the plane: what `PlaneSpace` knows of it, so that a search checks its edges by itself.
         `NO_PLANE` in any other space.
     kind : str
@@ -41,7 +42,7 @@ class Space(Protocol):
     high: NDArray[np.float64]
     is_directed: bool
     lookahead: int
-    plane: tuple
+    plane: Surroundings
     kind: str
 
     def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,13 +11,11 @@ from mobile_planning.sampling.dubins import dubins_lengths
 from mobile_planning.sampling.reeds_shepp import reeds_shepp_lengths
 from mobile_planning.sampling.spaces import NO_PLANE
 from mobile_planning.sampling.steering import Steering, car_of
-from mobile_planning.sampling.surroundings import surroundings
+from mobile_planning.sampling.surroundings import Surroundings, surroundings
 from mobile_planning.world.environment import Environment
 
 # How deep an edge may lie in an obstacle: rounding, no more [m].
 _TOUCH = 1e-6
-# Of the grid of rooms, along each axis.
-_CELLS = 128
 
 
 class PlaneSpace:
@@ -50,8 +48,7 @@ class PlaneSpace:
             raise InvalidInput('a robot with an outline has a heading: give the planner its turning_radius')
         x_min, y_min, x_max, y_max = _fixed_bounds(environment)
         self.low, self.high = np.array([x_min, y_min]), np.array([x_max, y_max])
-        obstacles = environment.space(_TOUCH)
-        self.plane = _rooms(obstacles, self.low, self.high), obstacles
+        self.plane = surroundings(environment.space(_TOUCH), environment.bounds)
 
     def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the points."""
@@ -67,11 +64,7 @@ class PlaneSpace:
 
     def free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which points (n, 2) are free."""
-        from mobile_planning.sampling.edge_kernels import write_points_free
-
-        is_free = np.empty(len(points), bool)
-        write_points_free(self.plane, np.ascontiguousarray(points), is_free)
-        return is_free
+        return _poses_free(self.plane, np.column_stack([points, np.zeros(len(points))]))
 
     def edges_free(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which lines between free points are free, exactly for shapes."""
@@ -132,11 +125,7 @@ class CarSpace:
 
     def free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which poses (n, 3) are free."""
-        from mobile_planning.sampling.edge_kernels import write_poses_free
-
-        is_free = np.empty(len(points), bool)
-        write_poses_free(self._world, np.ascontiguousarray(points), is_free)
-        return is_free
+        return _poses_free(self._world, np.ascontiguousarray(points))
 
     def edges_free(self, starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which paths between free poses are free."""
@@ -165,16 +154,10 @@ def _fixed_bounds(environment):
     return environment.bounds
 
 
-def _rooms(obstacles, low, high):
-    """Return how much room there is at least in each cell of a coarse grid over the bounds, and where its cells are.
+def _poses_free(world: Surroundings, poses: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return at which poses (n, 3) the robot is free."""
+    from mobile_planning.sampling.edge_kernels import write_poses_free
 
-    Whatever the obstacles are, most edges are seen to be free by that alone.
-    """
-    from mobile_planning.world.collision_kernels import write_rooms
-
-    cell = (high - low) / _CELLS
-    centres = low + (np.stack(np.meshgrid(np.arange(_CELLS), np.arange(_CELLS)), axis=-1).reshape(-1, 2) + 0.5) * cell
-    room = np.empty(len(centres))
-    write_rooms(obstacles, np.column_stack([centres, np.zeros(len(centres))]), np.zeros(len(centres)), room)
-    least = (room - np.hypot(*cell) / 2).reshape(_CELLS, _CELLS)
-    return least, float(low[0]), float(low[1]), float(1 / cell[0]), float(1 / cell[1])
+    is_free = np.empty(len(poses), bool)
+    write_poses_free(world, poses, is_free)
+    return is_free

@@ -138,9 +138,15 @@ def test_every_path_found_is_sound(seed, star, radius, moving):
 
 @settings(max_examples=10)
 @given(SEEDS, st.booleans(), st.booleans())
-def test_the_tree_is_a_tree_and_its_costs_add_up(seed, star, moving):
+def test_the_tree_is_a_tree_and_its_costs_add_up_also_when_its_root_moves(seed, star, moving):
     rrt = planted(forest(seed % 5, moving=moving), precision=(1, 1, 0.3))
-    rrt.run((96, 50, 0), 600, seed=seed, star=star)
+    rrt.run((96, 50, 0), 400, seed=seed, star=star)
+    assert_tree(rrt)
+    edge = rrt.select_best_edge()
+    below, reached = rrt.children_count(edge.node_to), rrt.nodes[edge.node_to].time
+    rrt.advance(edge)
+    assert rrt.root == edge.node_to and rrt.nodes[rrt.root].time == reached
+    assert len(rrt.nodes) == below + 1
     assert_tree(rrt)
 
 
@@ -231,6 +237,18 @@ def test_one_seed_one_answer_in_every_process():
     assert len(answers) == 1 and 'SOLVED' in answers.pop()
 
 
+@settings(max_examples=6)
+@given(SEEDS, st.booleans(), st.booleans(), st.sampled_from([0.0, 4.0]))
+def test_one_seed_one_answer_and_numpy_is_left_alone(seed, star, moving, radius):
+    before = np.random.get_state()[1].tobytes()
+    answers = []
+    for _ in range(2):
+        rrt = planted(forest(seed % 3, moving=moving), radius=radius)
+        answers.append(rrt.run((95, 50, 0), 250, seed=seed, star=star))
+    assert len({(answer.path.tobytes(), answer.cost, answer.nodes, answer.iterations) for answer in answers}) == 1
+    assert np.random.get_state()[1].tobytes() == before
+
+
 def test_a_seed_that_is_drawn_is_told_and_gives_the_same_again():
     first = planted(forest()).run((95, 50, 0), 3000)
     again = planted(forest()).run((95, 50, 0), 3000, seed=first.seed)
@@ -241,6 +259,25 @@ def test_a_start_in_the_goal_zone_is_a_path_of_no_edge():
     result = planted(forest()).run((5, 50, 6.3), 100, seed=0)
     assert result.status is PlanStatus.SOLVED
     assert result.cost == 0 and result.path.tolist() == [[4, 50, 0]]
+
+
+@settings(max_examples=25)
+@given(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1), st.integers(-2, 2), st.booleans())
+def test_wherever_in_the_goal_zone_it_starts_nothing_is_driven(x, y, psi, turns, star):
+    rrt = planted(Environment(Boundary((0, 100), (0, 100))), (50, 50, 3.0))
+    goal = (50 + 5 * 0.999 * x, 50 + 5 * 0.999 * y, 3.0 + 0.999 * psi + turns * 2 * np.pi)
+    result = rrt.run(goal, 20, seed=1, star=star)
+    assert result.is_solved and result.cost == 0 and result.path.tolist() == [[50, 50, 3]]
+
+
+@given(st.integers(0, 2), st.sampled_from([np.nan, np.inf, -np.inf, 'here', None]), st.booleans())
+def test_what_is_no_number_is_refused_wherever_it_stands(place, value, as_start):
+    rrt = planted(Environment(Boundary((0, 100), (0, 100))), (50, 50, 0))
+    pose = [60, 60, 0]
+    pose[place] = value
+    with pytest.raises(InvalidInput):
+        rrt.set_start(pose) if as_start else rrt.run(pose, 5)
+    assert rrt.root == (50, 50, 0) and len(rrt.nodes) == 1 and rrt.goal is None
 
 
 def test_headings_of_the_goal_zone_are_compared_round_the_circle():
@@ -307,6 +344,8 @@ def test_the_root_moves_along_its_best_edge():
     rrt = planted(forest())
     rrt.run((96, 50, 0), 400, seed=1)
     edge = rrt.select_best_edge(EdgeRule.GOAL)
+    inside = min(filter(rrt.in_goal_region, rrt.nodes), key=lambda node: rrt.nodes[node].cost)
+    assert inside == edge.node_to or is_below(rrt, inside, edge.node_to)
     kept = {edge.node_to} | {node for node in rrt.nodes if is_below(rrt, node, edge.node_to)}
     reached = rrt.nodes[edge.node_to].time
     rrt.advance(edge)
@@ -322,6 +361,28 @@ def is_below(rrt, node, top):
         if node == top:
             return True
     return False
+
+
+def test_before_the_goal_is_reached_the_best_edge_leads_to_the_node_nearest_to_it():
+    rrt = planted(Environment(Boundary((0, 100), (0, 100)), SEALED), (10, 50, 0))
+    rrt.run((70, 50, 0), 60, seed=1)
+    edge = rrt.select_best_edge('goal')
+    nearest = min(rrt.nodes, key=lambda node: np.hypot(node[0] - 70, node[1] - 50))
+    assert nearest == edge.node_to or is_below(rrt, nearest, edge.node_to)
+
+
+def test_what_is_no_node_edge_or_rule_is_refused_and_changes_nothing():
+    rrt = planted(forest())
+    with pytest.raises(InvalidInput, match='no goal'):
+        rrt.in_goal_region((1, 1, 0))
+    rrt.run((96, 50, 0), 300, seed=1, star=True)
+    before, inner = list(rrt.nodes), next(edge for edge in rrt.edges.values() if edge.node_from != rrt.root)
+    for wrong in (lambda: rrt.children_count((1, 2, 3)), lambda: rrt.delete_all_children((1, 2, 3)),
+                  lambda: rrt.advance(inner), lambda: rrt.select_options((1, 2, 3), 0),
+                  lambda: rrt.select_options((1, 2, 3), 2, 'manhattan'), lambda: rrt.select_best_edge('oldest')):
+        with pytest.raises(InvalidInput):
+            wrong()
+    assert list(rrt.nodes) == before
 
 
 @pytest.mark.parametrize('rule', list(EdgeRule))
