@@ -36,6 +36,7 @@ from mobile_planning.stop_flag import StopFlag
 
 DATA = Path(__file__).resolve().parent.parent / 'test' / 'data' / 'sampling'
 PACKAGES = ('numpy', 'scipy', 'numba', 'ompl', 'roboticstoolbox-python')
+TABLES = ('strategies', 'neighbours', 'problems', 'peers')
 MAZE = load_problem(DATA / 'maze_10.json')
 
 
@@ -248,6 +249,7 @@ def main():
     parser.add_argument('--seeds', type=int, default=20, help='roadmaps for each line (20)')
     parser.add_argument('--nodes', type=int, nargs='+', default=[1000, 10_000, 100_000])
     parser.add_argument('--restart-up-to', type=int, default=10_000, help='most nodes of a restarting search (10000)')
+    parser.add_argument('--tables', nargs='+', default=TABLES, choices=TABLES)
     parser.add_argument('--grow', type=float, default=2.0, help='time for OMPL [s] (2)')
     options = parser.parse_args()
     versions = ', '.join(f'{name} {metadata.version(name)}' for name in PACKAGES
@@ -257,10 +259,12 @@ def main():
     warm = PRMPlanner(MAZE.environment, collision_checking=CollisionCheckingStrategy.FULL)
     warm.build_roadmap(200, seed=0)
     warm.query(MAZE.start, MAZE.start)
-    strategies(options.nodes, options.seeds, options.restart_up_to)
-    neighbour_searches(options.nodes)
-    problems(options.seeds)
-    peers(options.grow)
+    tables = {'strategies': lambda: strategies(options.nodes, options.seeds, options.restart_up_to),
+              'neighbours': lambda: neighbour_searches(options.nodes),
+              'problems': lambda: problems(options.seeds),
+              'peers': lambda: peers(options.grow)}
+    for name in options.tables:
+        tables[name]()
 
 
 if __name__ == '__main__':

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -37,10 +38,12 @@ class SamplingScene:
 
     def in_motion(self, now: float) -> Environment:
         """Return the world from a time [s] on, which is its time 0; NoMap if there is none."""
-        return self._environment(self.fixed, self._moved(now))
+        return self._environment(self.fixed, self._moved(now)) if self.moving else self._fixed
 
     def standing_still(self, now: float) -> Environment:
         """Return the world as it stands at a time [s]; NoMap if there is none."""
+        if not self.moving:
+            return self._fixed
         return self._environment((*self.fixed, *(each.shape for each in self._moved(now))))
 
     def is_as_before(self, now: float, before: SamplingScene, then: float) -> bool:
@@ -51,6 +54,11 @@ class SamplingScene:
         """Return the scene on another map."""
         return replace(self, map=Environment(grid=grid, footprint=self.robot_radius,
                                              unknown_is_free=self.unknown_is_free))
+
+    @cached_property
+    def _fixed(self):
+        """The world without what moves, with all that queries have found out about it."""
+        return self._environment(self.fixed)
 
     def _environment(self, fixed, moving=()):
         if self.map is None:

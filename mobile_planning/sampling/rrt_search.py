@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.plan_result import Improvement
 from mobile_planning.sampling.steering import LINES
-from mobile_planning.sampling.surroundings import Surroundings
 from mobile_planning.sampling.track import Track, empty_track
 from mobile_planning.sampling.tree import Tree, lineage, planted, with_room
+from mobile_planning.world.surroundings import Surroundings
 
 if TYPE_CHECKING:
     from mobile_planning.sampling.rrt_kernels import Task

@@ -13,9 +13,9 @@ from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.request import as_pose
 from mobile_planning.sampling.rrt_options import RRTOptions
 from mobile_planning.sampling.steering import Car, car_of
-from mobile_planning.sampling.surroundings import Surroundings, surroundings
 from mobile_planning.world.collision_space import TOUCH
 from mobile_planning.world.environment import Environment
+from mobile_planning.world.surroundings import Surroundings
 
 if TYPE_CHECKING:
     from mobile_planning.sampling.rrt_kernels import Task
@@ -42,7 +42,6 @@ class Setting:
         turns_on_the_spot = options.radius == 0 and environment.footprint.outline is not None
         self.environment = environment.for_footprint(environment.footprint.reach) if turns_on_the_spot else environment
         self.options, self.precision = options, precision
-        self._worlds = {}
 
     @cached_property
     def car(self) -> Car:
@@ -85,12 +84,12 @@ class Setting:
         touches = not is_free and still._is_free(goal, 0.0, TOUCH)
         if not (is_free or touches or still._has_free_pose(goal)):
             raise GoalOccupied(f'goal {self.position(goal)} is occupied')
-        world = self._surroundings(TOUCH) if touches and still is self else self.world_about(root, begin)
+        world = self.environment.surroundings(TOUCH) if touches and still is self else self.world_about(root, begin)
         return world, is_free or touches
 
     def world_about(self, root: NDArray[np.float64], begin: float) -> Surroundings:
         """Return the world for the kernels; paths may touch things as deep as the root does."""
-        return self._surroundings(_ALLOWED if self._is_free(root, begin, _ALLOWED) else TOUCH)
+        return self.environment.surroundings(_ALLOWED if self._is_free(root, begin, _ALLOWED) else TOUCH)
 
     def task(self, goal: NDArray[np.float64], begin: float, goal_rate: float, metric: str) -> Task:
         """Return what a tree that begins at a time [s] grows for."""
@@ -110,11 +109,6 @@ class Setting:
         if not self.environment.moving:
             return self
         return Setting(self.environment.at_rest(), self.options, self.precision)
-
-    def _surroundings(self, allowed: float) -> Surroundings:
-        if allowed not in self._worlds:
-            self._worlds[allowed] = surroundings(self.environment.space(allowed), self.bounds)
-        return self._worlds[allowed]
 
     def _is_free(self, pose: NDArray[np.float64], time: float, allowed: float) -> bool:
         from mobile_planning.world.collision_kernels import is_free

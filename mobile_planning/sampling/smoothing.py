@@ -11,7 +11,6 @@ from mobile_planning.errors import InvalidInput
 from mobile_planning.sampling.curve import poses_of, radius_of
 from mobile_planning.sampling.plan_result import Improvement, PlanResult
 from mobile_planning.sampling.steering import Steering, car_of
-from mobile_planning.sampling.surroundings import surroundings
 from mobile_planning.sampling.track import empty_track
 from mobile_planning.sampling.track_result import result_of
 from mobile_planning.stop_flag import StopFlag
@@ -79,14 +78,14 @@ def smooth(
     seed = int(np.random.SeedSequence().entropy % 2**63) if seed is None else int(seed)
     random = np.random.default_rng(seed).integers(2**64, size=1, dtype=np.uint64)
     track = empty_track(poses[0], 5 * len(poses) + 256)
-    world = surroundings(environment.space(TOUCH), environment.bounds)
+    world = environment.surroundings(TOUCH)
     if not environment.free_poses(poses[0], begin):
         raise InvalidInput(f'the path starts in an obstacle, at {poses[0].tolist()}')
     failed = join_poses(world, poses, car, begin, speed, track)
     if failed >= 0:
         raise InvalidInput(f'from pose {failed} of the path, {poses[failed].tolist()}, no free way leads to the next')
     # Only a path that touches something already may touch it.
-    strict = surroundings(environment.space(1e-9), environment.bounds)
+    strict = environment.surroundings(1e-9)
     if join_poses(strict, poses, car, begin, speed, track.copy()) < 0:
         world = strict
     history = [Improvement(time.perf_counter() - begun, track.length)]

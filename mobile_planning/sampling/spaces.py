@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.sampling.surroundings import Surroundings
 from mobile_planning.world.environment import Environment
+from mobile_planning.world.surroundings import Surroundings
 
 # Points that one call of a collision function is given at most.
 _CHUNK = 1 << 14

@@ -11,8 +11,8 @@ from mobile_planning.sampling.dubins import dubins_lengths
 from mobile_planning.sampling.reeds_shepp import reeds_shepp_lengths
 from mobile_planning.sampling.spaces import NO_PLANE
 from mobile_planning.sampling.steering import Steering, car_of
-from mobile_planning.sampling.surroundings import Surroundings, surroundings
 from mobile_planning.world.environment import Environment
+from mobile_planning.world.surroundings import Surroundings
 
 # How deep an edge may lie in an obstacle: rounding, no more [m].
 _TOUCH = 1e-6
@@ -48,7 +48,7 @@ class PlaneSpace:
             raise InvalidInput('a robot with an outline has a heading: give the planner its turning_radius')
         x_min, y_min, x_max, y_max = _fixed_bounds(environment)
         self.low, self.high = np.array([x_min, y_min]), np.array([x_max, y_max])
-        self.plane = surroundings(environment.space(_TOUCH), environment.bounds)
+        self.plane = environment.surroundings(_TOUCH)
 
     def normalised(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the points."""
@@ -105,7 +105,7 @@ class CarSpace:
     def __init__(self, environment: Environment, turning_radius: float, steering: Steering = Steering.DUBINS):
         x_min, y_min, x_max, y_max = _fixed_bounds(environment)
         self.low, self.high = np.array([x_min, y_min, -np.pi]), np.array([x_max, y_max, np.pi])
-        self._world = surroundings(environment.space(_TOUCH), environment.bounds)
+        self._world = environment.surroundings(_TOUCH)
         self._car, self._steering = car_of(radius_of(turning_radius), steering), steering
         name = {Steering.DUBINS: 'Dubins', Steering.REEDS_SHEPP: 'Reeds-Shepp'}[steering]
         self.kind = f'{name} paths of radius {self._car.radius!r} m'

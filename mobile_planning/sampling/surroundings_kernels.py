@@ -7,11 +7,11 @@ import numpy as np
 from numba import b1, f8, i8, njit, types
 
 from mobile_planning.sampling.steering_kernels import CAR, LENGTHS, PARTS, turn_of
-from mobile_planning.sampling.surroundings import Surroundings
 from mobile_planning.world.collision_kernels import disc_room, is_free
 from mobile_planning.world.curve_kernels import advanced
 from mobile_planning.world.distance_kernels import SPACE
 from mobile_planning.world.motion_kernels import segment_is_free
+from mobile_planning.world.surroundings import Surroundings
 
 SURROUNDINGS = types.NamedTuple((SPACE, f8[:, ::1], f8[::1]), Surroundings)
 # From where a check goes on with the exact shapes [m].

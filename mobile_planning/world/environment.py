@@ -15,6 +15,7 @@ from mobile_planning.world.footprint import Footprint
 from mobile_planning.world.moving_obstacle import MovingObstacle
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
+from mobile_planning.world.surroundings import Surroundings, surroundings
 
 
 class Environment:
@@ -61,7 +62,7 @@ class Environment:
         self.unknown_is_free = unknown_is_free
         self.moving = tuple(moving)
         self.footprint = footprint if isinstance(footprint, Footprint) else Footprint(footprint)
-        self._spaces = {}
+        self._spaces, self._surroundings = {}, {}
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -116,6 +117,18 @@ class Environment:
         if allowed not in self._spaces:
             self._spaces[allowed] = collision_space(self, allowed)
         return self._spaces[allowed]
+
+    def surroundings(self, allowed: float = 0.0) -> Surroundings:
+        """Return the `space` within the bounds, with the room in its cells as far as any query has asked for it.
+
+        Raises
+        ------
+        InvalidInput
+            If there are no `bounds`.
+        """
+        if allowed not in self._surroundings:
+            self._surroundings[allowed] = surroundings(self.space(allowed), self.bounds)
+        return self._surroundings[allowed]
 
     def free_poses(self, poses: ArrayLike, t: ArrayLike | None = None) -> NDArray[np.bool_]:
         """Return whether a robot at each pose runs into nothing; it may touch, up to a millimetre deep.

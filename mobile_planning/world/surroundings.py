@@ -1,4 +1,4 @@
-"""The world as trees are grown in: exact shapes, and how much room there is in each cell of a grid over it."""
+"""The world as paths are looked for in: exact shapes, and how much room there is in each cell of a grid over it."""
 from __future__ import annotations
 
 from typing import NamedTuple
