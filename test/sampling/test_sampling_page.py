@@ -29,6 +29,13 @@ def test_every_file_that_the_page_names_is_there():
     assert [name for name in sorted(named) if not (ROOT / 'mobile_planning' / name).exists()] == []
 
 
+def test_every_test_that_the_page_names_is_there():
+    there = ''.join(path.read_text(encoding='utf-8') for path in Path(__file__).parent.glob('test_*.py'))
+    named = set(re.findall(r'`(test_\w+)`', PAGE))
+    assert len(named) > 20
+    assert [name for name in sorted(named) if f'def {name}(' not in there] == []
+
+
 def test_every_method_of_the_documents_is_there():
     for name in ('set_start run in_goal_region select_options select_best_edge children_count delete_all_children plot '
                  'nodes edges environment root drive advance prune').split():
