@@ -4,7 +4,6 @@ from numba import f8, i8, njit
 
 from mobile_planning.sampling.rrt_kernels import TASK, leads_on, wrapped
 from mobile_planning.sampling.rrt_star_kernels import join_if_shorter
-from mobile_planning.sampling.steering import REEDS_SHEPP
 from mobile_planning.sampling.steering_kernels import CAR, first_heading, steer, total
 from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, way_is_free
 from mobile_planning.sampling.track_kernels import TRACK, append_way, pose_on
@@ -85,7 +84,7 @@ def join_poses(world, poses, car, t, speed, track):
         x, y, heading, to_x, to_y = poses[k, 0], poses[k, 1], poses[k, 2], poses[k + 1, 0], poses[k + 1, 1]
         length, word, parts = steer(car, x, y, heading, to_x, to_y, poses[k + 1, 2])
         # Half a circle is 1.571 times as long as the line between its ends; a car that reverses may turn between two.
-        if car.kind != REEDS_SHEPP and length > 1.6 * np.sqrt((to_x - x) ** 2 + (to_y - y) ** 2) + 1e-6:
+        if not car.reverses and length > 1.6 * np.sqrt((to_x - x) ** 2 + (to_y - y) ** 2) + 1e-6:
             return k
         heading = first_heading(word, x, y, heading, to_x, to_y)
         t_here = t + track.places[track.sizes[0]] / speed

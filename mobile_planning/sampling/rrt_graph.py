@@ -10,7 +10,7 @@ from mobile_planning.sampling.curve import TURN_OF, Curve
 from mobile_planning.sampling.dubins import DubinsPath
 from mobile_planning.sampling.plan_result import SPACING
 from mobile_planning.sampling.reeds_shepp import ReedsSheppPath
-from mobile_planning.sampling.steering import DUBINS, LINES, Car
+from mobile_planning.sampling.steering import Car
 from mobile_planning.sampling.tree import Tree, children
 
 Pose = tuple[float, ...]
@@ -97,7 +97,7 @@ class Graph:
     """
 
     def __init__(self, tree: Tree, car: Car, begin: float, speed: float):
-        size = 2 if car.kind == LINES else 3
+        size = 2 if car.turns_in_place else 3
         positions = [tuple(pose) for pose in tree.poses[:tree.count, :size].tolist()]
         costs = tree.costs[:tree.count].tolist()
         self.numbers = {position: node for node, position in enumerate(positions)}
@@ -117,11 +117,11 @@ def curve_to(tree: Tree, node: int, car: Car) -> Curve:
     parent = tree.parents[node]
     x, y, heading = tree.poses[parent].tolist()
     lengths = tree.lengths[node]
-    if car.kind == LINES:
+    if car.turns_in_place:
         dx, dy = (tree.poses[node, :2] - tree.poses[parent, :2]).tolist()
         return Curve((x, y, float(np.arctan2(dy, dx))), 'S', (float(lengths[0]),), car.radius)
     turns = (int(tree.words[node]) >> 2 * np.arange(len(lengths)) & 3) - 1
-    if car.kind == DUBINS:
+    if not car.reverses:
         return DubinsPath((x, y, heading), word_of(turns[:3]), tuple(lengths[:3].tolist()), car.radius)
     driven = lengths != 0
     return ReedsSheppPath((x, y, heading), word_of(turns[driven]), tuple(lengths[driven].tolist()), car.radius)

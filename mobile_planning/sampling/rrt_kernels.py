@@ -10,7 +10,7 @@ from numba import b1, f8, i8, njit, types, u1, void
 from numpy.typing import NDArray
 
 from mobile_planning.sampling.random_kernels import STATE, uniform
-from mobile_planning.sampling.steering import LINES, Car
+from mobile_planning.sampling.steering import Car
 from mobile_planning.sampling.steering_kernels import CAR, LENGTHS, LINE, cut, first_heading, steer, total, way_end
 from mobile_planning.sampling.surroundings_kernels import SURROUNDINGS, pose_is_free, way_is_free
 from mobile_planning.sampling.tree_kernels import (
@@ -58,7 +58,7 @@ def wrapped(angle):
 def in_goal(task, x, y, heading):
     """Return whether a pose lies in the goal zone."""
     return (abs(x - task.goal[0]) <= task.precision[0] and abs(y - task.goal[1]) <= task.precision[1]
-            and (task.car.kind == LINES or abs(wrapped(heading - task.goal[2])) <= task.precision[2]))
+            and (task.car.turns_in_place or abs(wrapped(heading - task.goal[2])) <= task.precision[2]))
 
 
 @njit(f8(TASK, f8, f8), nogil=True, cache=True, _nrt=False)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from mobile_planning.geometry import wrap_angle
 from mobile_planning.sampling.plan_result import Improvement
-from mobile_planning.sampling.steering import LINES
 from mobile_planning.sampling.track import Track, empty_track
 from mobile_planning.sampling.tree import Tree, lineage, planted, with_room
 from mobile_planning.world.surroundings import Surroundings
@@ -144,7 +143,7 @@ class Search:
 
     def _nodes_in_zone(self) -> NDArray[np.int64]:
         offset = np.abs(self.tree.poses[:self.tree.count] - self.task.goal)
-        offset[:, 2] = np.abs(wrap_angle(offset[:, 2])) if self.task.car.kind != LINES else 0.0
+        offset[:, 2] = np.abs(wrap_angle(offset[:, 2])) if not self.task.car.turns_in_place else 0.0
         return np.flatnonzero((offset <= self.task.precision).all(axis=1))
 
     def _from_goal(self) -> Tree | None:

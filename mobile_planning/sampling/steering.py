@@ -20,16 +20,14 @@ class Steering(Enum):
         raise InvalidInput(f'steering {value!r} is none of {", ".join(each.value for each in cls)}')
 
 
-#: The kinds of ways, as kernels number them: straight lines, Dubins paths, Reeds-Shepp paths.
-LINES, DUBINS, REEDS_SHEPP = range(3)
-
-
 class Car(NamedTuple):
     """What kernels know of how a robot gets from pose to pose."""
 
-    #: `LINES`, `DUBINS` or `REEDS_SHEPP`.
-    kind: int
-    #: Least turning radius [m]; 1 where nothing but lines is driven, where it means nothing.
+    #: Whether it turns in place, and so drives straight lines.
+    turns_in_place: bool
+    #: Whether it drives backwards too, by Reeds-Shepp paths, not by Dubins paths.
+    reverses: bool
+    #: Least turning radius [m]; 1 where it turns in place, where it means nothing.
     radius: float
 
 
@@ -39,8 +37,8 @@ def car_of(radius: float, steering: Steering = Steering.DUBINS) -> Car:
     Examples
     --------
     >>> car_of(4.0, Steering.REEDS_SHEPP), car_of(0.0)
-    (Car(kind=2, radius=4.0), Car(kind=0, radius=1.0))
+    (Car(turns_in_place=False, reverses=True, radius=4.0), Car(turns_in_place=True, reverses=False, radius=1.0))
     """
     if radius == 0:
-        return Car(LINES, 1.0)
-    return Car(REEDS_SHEPP if steering is Steering.REEDS_SHEPP else DUBINS, float(radius))
+        return Car(True, False, 1.0)
+    return Car(False, steering is Steering.REEDS_SHEPP, float(radius))

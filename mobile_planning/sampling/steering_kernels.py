@@ -7,14 +7,14 @@ its pose. What turns on the spot starts in the direction of the line, its own he
 import numpy as np
 from numba import b1, f8, i8, njit, types
 
-from mobile_planning.sampling import reeds_shepp_kernels
 from mobile_planning.sampling.dubins_kernels import ALL_WORDS
 from mobile_planning.sampling.dubins_kernels import shortest_between as dubins_between
 from mobile_planning.sampling.reeds_shepp_kernels import BACKWARDS, MIRRORED, REVERSED, TURNS
-from mobile_planning.sampling.steering import DUBINS, LINES, Car
+from mobile_planning.sampling.reeds_shepp_kernels import shortest_between as reeds_shepp_between
+from mobile_planning.sampling.steering import Car
 from mobile_planning.world.curve_kernels import POSE, advanced
 
-CAR = types.NamedTuple((i8, f8), Car)
+CAR = types.NamedTuple((b1, b1, f8), Car)
 #: How many parts a way may have.
 PARTS = 5
 LENGTHS = types.UniTuple(f8, PARTS)
@@ -27,7 +27,6 @@ LINE = _ALL_STRAIGHT + (1 << 10)
 _DUBINS_WORDS = np.array([0b0101100110, 0b0101000100, 0b0101100100, 0b0101000110, 0b0101001000, 0b0101100010])
 # Shortest part of a Reeds-Shepp path, in radii.
 _LEAST = 1e-12
-_rs_between = reeds_shepp_kernels.shortest_between
 
 
 @njit(i8(i8, i8), nogil=True, cache=True, _nrt=False)
@@ -51,7 +50,7 @@ def unless_tiny(part, radius):
 @njit(WAY(f8, f8, f8, f8, f8, f8, f8), nogil=True, cache=True)
 def steer_both_ways(x0, y0, heading0, x1, y1, heading1, radius):
     """Return the shortest Reeds-Shepp path as a way."""
-    length, formula, a, b, c, d, e = _rs_between(x0, y0, heading0, x1, y1, heading1, radius)
+    length, formula, a, b, c, d, e = reeds_shepp_between(x0, y0, heading0, x1, y1, heading1, radius)
     # A part as short as rounding is none: it would count as a reversal.
     a, b, c, d, e = unless_tiny(a, radius), unless_tiny(b, radius), unless_tiny(c, radius), unless_tiny(
         d, radius), unless_tiny(e, radius)
@@ -68,10 +67,10 @@ def steer_both_ways(x0, y0, heading0, x1, y1, heading1, radius):
 @njit(WAY(CAR, f8, f8, f8, f8, f8, f8), nogil=True, cache=True)
 def steer(car, x0, y0, heading0, x1, y1, heading1):
     """Return the shortest way between two poses."""
-    if car.kind == LINES:
+    if car.turns_in_place:
         length = np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2)
         return length, LINE, (length, 0.0, 0.0, 0.0, 0.0)
-    if car.kind == DUBINS:
+    if not car.reverses:
         length, code, a, b, c = dubins_between(x0, y0, heading0, x1, y1, heading1, car.radius, ALL_WORDS)
         return length, _DUBINS_WORDS[code], (a, b, c, 0.0, 0.0)
     return steer_both_ways(x0, y0, heading0, x1, y1, heading1, car.radius)

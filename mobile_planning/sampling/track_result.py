@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from mobile_planning.sampling.plan_result import SPACING, PlanResult, PlanStatus
 from mobile_planning.sampling.rrt_graph import word_of
-from mobile_planning.sampling.steering import LINES, Car
+from mobile_planning.sampling.steering import Car
 from mobile_planning.sampling.track import Track
 
 
@@ -20,5 +20,6 @@ def result_of(track: Track, end: NDArray[np.float64], car: Car) -> PlanResult:
     write_path(track, car, SPACING, path)
     path[-1] = end
     lengths = tuple(lengths.tolist())
-    return PlanResult(PlanStatus.SOLVED, path[:, :2].copy() if car.kind == LINES else path, sum(map(abs, lengths), 0.0),
+    driven = path[:, :2].copy() if car.turns_in_place else path
+    return PlanResult(PlanStatus.SOLVED, driven, sum(map(abs, lengths), 0.0),
                       word=word_of(track.turns[:count]), lengths=lengths)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Nodes a cell of the table by which nodes are found, on the average, before it is made finer; its cells, at most.
-CROWD, MOST_CELLS = 4, 256 * 256
+#: Cells of the table by which nodes are found, at most.
+_MOST_CELLS = 256 * 256
 _FIRST_CAPACITY = 1024
 
 
@@ -67,8 +67,10 @@ def with_room(tree: Tree, more: int) -> Tree:
 
 def _cells(capacity: int) -> int:
     """Return how many cells the table of so many nodes may have: a power of four."""
+    from mobile_planning.sampling.tree_kernels import CROWD
+
     cells = 16
-    while cells < MOST_CELLS and cells * CROWD < capacity:
+    while cells < _MOST_CELLS and cells * CROWD < capacity:
         cells *= 4
     return cells
 

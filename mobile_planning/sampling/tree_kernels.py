@@ -7,7 +7,7 @@ import numpy as np
 from numba import b1, f8, i8, njit, types, void
 
 from mobile_planning.sampling.steering_kernels import CAR, LENGTHS, PARTS, steer
-from mobile_planning.sampling.tree import CROWD, Tree
+from mobile_planning.sampling.tree import Tree
 
 ROWS = f8[:, ::1]
 COLUMN, IDS = f8[::1], i8[::1]
@@ -18,6 +18,8 @@ COUNT, SIDE, LEFT, RIGHT, LOWEST, HIGHEST = range(6)
 SAME = 1e-9
 # The search for the nearest nodes ends when it has looked at so many and has as many as are wanted.
 _LOOKED_AT = 400
+#: Nodes a cell of the table has on the average, before the table is made finer.
+CROWD = 4
 #: Numbers of a row of ways.
 WAY_ROW = 3 + PARTS
 
