@@ -1,14 +1,15 @@
 """Sampling planners side by side on the problems of test/data/sampling.
 
 For each problem and planner: how many runs were solved, thread time to the first path (median), how many times as long
-as ours that is, cost over the best
-known after 0.5, 2 and 5 s (median; of others of the path that they end with), and how many paths are free at 0.02 m
-on the exact shapes. RRT* of OMPL does not stop at its first path: its time is all of its 2 s. OMPL's RRT is its
-planner for a car that drives forwards, its RRTConnect, which asks for ways that can be driven back, is asked in the
-plane alone. Ours is timed with all that it does, set-up and points of the path among it; the world as kernels want it
-is made once, as are OMPL's raster and space, which are not counted either.
+as ours that is, cost over the best known after 0.5, 2 and 5 s or other ``--marks`` (median; of others of the path that
+they end with), how many paths are free at 0.02 m on the exact shapes, and by how much the latest run missed its
+deadline. RRT* of OMPL does not stop at its first path: its time is all of its 2 s. OMPL's RRT is its planner for a car
+that drives forwards, its RRTConnect, which asks for ways that can be driven back, is asked in the plane alone. Ours is
+timed with all that it does, set-up and points of the path among it; the world as kernels want it is made once and keeps
+what earlier runs have found out about its cells; OMPL's raster and space are not counted either.
 
-    python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--peers ...] [--first] [--pictures FOLDER]
+    python benchmark/sampling.py [--seeds 20] [--problems forest_60 ...] [--marks 0.5 2 5] [--peers ...] [--first]
+        [--pictures FOLDER]
 
 With ``--first`` all stop at their first path, and what takes longer (the costs, RRT* of OMPL) is left out; with
 ``--peers`` only those named take part, none if none is.
@@ -27,7 +28,6 @@ from mobile_planning import RRT, load_problem
 
 FOLDER = Path(__file__).resolve().parent.parent / 'test' / 'data' / 'sampling'
 LIMIT = 5.0
-MARKS = (0.5, 2.0, 5.0)
 COLUMNS = '{:19} {:24} {:>7} {:>11} {:>8} {:>20} {:>7} {:>8}'
 PEERS = ('RRT', 'RRTConnect', 'RRTstar', 'RRT-Dubins', 'PythonRobotics')
 
@@ -48,7 +48,7 @@ def planted(problem):
     return rrt
 
 
-def run_ours(problem, seeds, only_first):
+def run_ours(problem, seeds, only_first, marks):
     """Return rows (solved, first path [s], costs after the marks, fine, time over the deadline [s]) of our planner."""
     best, rows = problem.best_known['cost'], []
     for seed in range(seeds):
@@ -58,10 +58,10 @@ def run_ours(problem, seeds, only_first):
         late = 0.0
         if not only_first:
             rrt, begun = planted(problem), time.perf_counter()
-            results.append(rrt.run(problem.goal, deadline=LIMIT, seed=seed, star=True))
-            late = time.perf_counter() - begun - LIMIT
+            results.append(rrt.run(problem.goal, deadline=marks[-1], seed=seed, star=True))
+            late = time.perf_counter() - begun - marks[-1]
         costs = [min((step.cost for step in results[-1].history if only_first or step.elapsed <= mark),
-                     default=np.inf) / best for mark in MARKS]
+                     default=np.inf) / best for mark in marks]
         fine = all(result.is_solved and is_fine(problem, result.path) for result in results)
         rows.append((all(result.is_solved for result in results), spent, costs, fine, late))
     return rows
@@ -73,7 +73,7 @@ def run_peer(problem, seeds, plan):
     for seed in range(seeds):
         spent, cost, points = plan(seed)
         fine = points is not None and is_fine(problem, points)
-        rows.append((points is not None, spent, [cost / best] * len(MARKS), fine, 0.0))
+        rows.append((points is not None, spent, [cost / best], fine, 0.0))
     return rows
 
 
@@ -83,12 +83,12 @@ class Table:
     def __init__(self, problem):
         self._name, self._ours = problem.name, None
 
-    def add(self, planner, rows, marks=1):
+    def add(self, planner, rows):
         """Print one line."""
         solved = [row for row in rows if row[0]]
         first = np.median([row[1] for row in rows])
         self._ours = first if self._ours is None else self._ours
-        costs = ' '.join(f'{cost:.3f}' for cost in np.median([row[2] for row in rows], axis=0)[:marks])
+        costs = ' '.join(f'{cost:.3f}' for cost in np.median([row[2] for row in rows], axis=0))
         print(COLUMNS.format(self._name, planner, f'{len(solved)}/{len(rows)}', f'{1e3 * first:.2f} ms',
                              f'{first / self._ours:.1f}', costs, f'{sum(row[3] for row in rows)}/{len(solved)}',
                              f'{1e3 * max(row[4] for row in rows):.1f} ms'),
@@ -138,11 +138,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seeds', type=int, default=20)
     parser.add_argument('--problems', nargs='*', default=sorted(path.stem for path in FOLDER.glob('*.json')))
+    parser.add_argument('--marks', nargs='+', type=float, default=[0.5, 2.0, 5.0], help='[s]; the last ends a run')
     parser.add_argument('--peers', nargs='*', default=PEERS, choices=PEERS)
     parser.add_argument('--first', action='store_true')
     parser.add_argument('--pictures', type=Path)
     options = parser.parse_args()
-    print(COLUMNS.format('problem', 'planner', 'solved', 'first path', 'x ours', 'cost 0.5 / 2 / 5 s', 'fine', 'late'))
+    print(COLUMNS.format('problem', 'planner', 'solved', 'first path', 'x ours', 'cost at the marks', 'fine', 'late'))
     for name in options.problems:
         problem = load_problem(FOLDER / f'{name}.json')
         planted(problem).run(problem.goal, 1000, seed=0, star=True)  # reads the kernels
@@ -150,7 +151,7 @@ def main():
             draw(problem, options.pictures)
             continue
         table = Table(problem)
-        table.add('ours', run_ours(problem, options.seeds, options.first), 1 if options.first else len(MARKS))
+        table.add('ours', run_ours(problem, options.seeds, options.first, [LIMIT] if options.first else options.marks))
         if not problem.environment.moving:
             slow = {'RRTstar'} if options.first else set()
             peers(problem, table, options.seeds, [name for name in options.peers if name not in slow])
