@@ -107,7 +107,7 @@ def peers(problem, table, seeds, names):
     if 'RRTConnect' in names and problem.kind != 'dubins':
         table.add('OMPL RRTConnect', run_peer(problem, seeds, lambda seed: ompl.solve('RRTConnect', LIMIT)))
     if 'RRTstar' in names:
-        table.add('OMPL RRT* 2 s', run_peer(problem, 2 * few, lambda seed: ompl.solve('RRTstar', 2.0)))
+        table.add('OMPL RRT* 2 s', run_peer(problem, few, lambda seed: ompl.solve('RRTstar', 2.0)))
     for name, planner in (('RRT-Dubins', rrt_dubins), ('PythonRobotics', rrt_python_robotics)):
         if name not in names or problem.kind != 'dubins':
             continue
