@@ -82,6 +82,10 @@ class NavigateAction:
         node.create_timer(PERIOD, guard.callback(self._look), callback_group=aside,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
 
+    def close(self) -> None:
+        """End the action, which its node would not do: it would be seen in the graph as long as its action lives."""
+        self._server.destroy()
+
     async def _execute(self, handle):
         """Drive to one goal and return its result."""
         result, errand = self._type.Result(), None

@@ -49,7 +49,7 @@ class RobotNode(Node):
     """
 
     def __init__(self, robot_id: int | None = None, host: RobotHost | None = None, name: str = 'robot', **kwargs):
-        self._own_host = self._body = None
+        self._own_host = self._body = self._robot_services = None
         super().__init__(name, enable_rosout=False, **kwargs)
         options = Parameters(self, RobotOptions).values
         self._frame, self._guard = options.frame_id, Guard(self)
@@ -70,7 +70,7 @@ class RobotNode(Node):
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
         self._statuses = self.create_publisher(RobotStatus, '~/status', qos.live(1))
         guarded, steady, aside = self._guard.callback, Clock(clock_type=ClockType.STEADY_TIME), ReentrantCallbackGroup()
-        RobotServices(self, self._guard, options, self._agent, self._now, self.host.worker.submit)
+        self._robot_services = RobotServices(self, self._guard, options, self._agent, self._now, self.host.worker.submit)
         self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), callback_group=aside, clock=steady)
         self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
         self._answering.cancel()
@@ -98,6 +98,8 @@ class RobotNode(Node):
             self._own_host.close()
         if self._body is not None:
             self._body.close()
+        if self._robot_services is not None:
+            self._robot_services.close()
         super().destroy_node()
 
     # What the bus hears

@@ -50,11 +50,17 @@ class RobotServices:
             node.create_service(kind, name, guard.service(act, fail), callback_group=aside)
         node.create_subscription(Path, '~/reference_path', guard.callback(self._on_reference_path), qos.live(1),
                                  callback_group=aside)
+        self._navigate = None
         if options.navigate_to_pose:
-            NavigateAction(node, guard, agent, options.frame_id, now, submit)
+            self._navigate = NavigateAction(node, guard, agent, options.frame_id, now, submit)
         if options.takes_goal_pose:
             node.create_subscription(PoseStamped, '/goal_pose', guard.callback(self._on_goal_pose), qos.live(1),
                                      callback_group=aside)
+
+    def close(self) -> None:
+        """End what its node would not end by itself."""
+        if self._navigate is not None:
+            self._navigate.close()
 
     async def _on_set_goal(self, request, response):
         if request.how not in list(How):

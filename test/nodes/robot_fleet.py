@@ -16,8 +16,9 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 FREE = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1)
 WALL = OccupancyGrid(np.full((40, 40), 100, np.int8), 0.1)
-#: Half a metre ahead, in quick sections.
-QUICK = {'start': [1.0, 1.0, 0.0], 'goal': [1.5, 1.0, 0.0], 'Tc': 0.1, 'Tp': 1.0}
+#: Half a metre ahead, in quick sections, which a base that turns sharply keeps to.
+QUICK = {'start': [1.0, 1.0, 0.0], 'goal': [1.5, 1.0, 0.0], 'Tc': 0.1, 'Tp': 1.0,
+         'base_alpha_max': 60.0}
 
 
 class Fleet:

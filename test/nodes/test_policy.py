@@ -35,7 +35,8 @@ def running(ros, tmp_path):
     for node, parameters in (MapServer, {}), (GridPlanner, {}), (SamplingPlanner, {}), (WorldSimNode, {'scene': scene}):
         ros.add(node, **{name: str(value) for name, value in parameters.items()})
     # The pilot of a real base is a process of its own.
-    ros.until(lambda: ros.node.count_publishers('/robot_2/cmd_vel') and ros.node.count_subscribers('/robot_2/pose'))
+    ros.until(lambda: 'robot_2_pilot' in ros.node.get_node_names()
+              and ros.node.count_publishers('/robot_2/cmd_vel') and ros.node.count_subscribers('/robot_2/pose'))
     return {'robot': ['robot_1', 'robot_2', 'robot_2_pilot'],
             **{name: [name] for name in ('map_server', 'grid_planner', 'sampling_planner', 'world_sim')}}
 
