@@ -10,7 +10,7 @@ deviation, which the document leaves open.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -111,28 +111,44 @@ class TurnRate:
 class Obstacles:
     """``pt_2_obst(z, radius) >= 0`` for each convex piece of what is seen, and likewise for the walls.
 
+    A radius that is greater than the body's, to spare something, is cut to the room that there is at the start.
+
     Attributes
     ----------
     pieces : ConvexPieces
     members, walls : (K,), (H,) ndarray of int
         The pieces that count, and the walls.
-    radius : float [m]
+    least : (K + H,) ndarray [m]
+        The radius for each.
     """
 
     pieces: ConvexPieces
     members: NDArray[np.int64]
     walls: NDArray[np.int64]
-    radius: float
+    least: NDArray[np.float64]
 
-    def __call__(self, at: Samples) -> tuple[NDArray, NDArray]:
-        count, members = len(at.z), self.members
-        normals, _, distances = self.pieces.lines(at.z[:, None], np.tile(np.arange(count), len(members)),
+    @classmethod
+    def around(cls, pieces: ConvexPieces, place: NDArray, reach: float, radius: float, spare: float) -> Obstacles:
+        """Return the block of what is within ``reach`` [m] of a start ``place`` (2,), for a body of ``radius`` [m]."""
+        _, members = pieces.near(place[None] - reach, place[None] + reach)
+        walls = np.flatnonzero(pieces.wall_normals @ place - pieces.wall_offsets < reach)
+        block = cls(pieces, np.sort(members), walls, np.zeros(len(members) + len(walls)))
+        return replace(block, least=np.clip(block.room(place[None])[0], radius, radius + spare))
+
+    def room(self, places: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return distances [m] from ``places`` (n, 2), and the directions in which they grow, piece by piece."""
+        count, members = len(places), self.members
+        normals, _, distances = self.pieces.lines(places[:, None], np.tile(np.arange(count), len(members)),
                                                   np.repeat(members, count))
         walls = self.pieces.wall_normals[self.walls]
-        room = np.concatenate([distances, (walls @ at.z.T - self.pieces.wall_offsets[self.walls, None]).ravel()])
-        directions = np.concatenate([normals, np.repeat(walls, count, axis=0)])
-        slopes = np.tile(at.dz, (len(members) + len(walls), 1, 1))
-        return room - self.radius, np.einsum('sd,sdx->sx', directions, slopes)
+        from_walls = walls @ places.T - self.pieces.wall_offsets[self.walls, None]
+        return (np.concatenate([distances, from_walls.ravel()]),
+                np.concatenate([normals, np.repeat(walls, count, axis=0)]))
+
+    def __call__(self, at: Samples) -> tuple[NDArray, NDArray]:
+        room, directions = self.room(at.z)
+        slopes = np.tile(at.dz, (len(self.least), 1, 1))
+        return room - np.repeat(self.least, len(at.z)), np.einsum('sd,sdx->sx', directions, slopes)
 
 
 @dataclass(frozen=True, eq=False)

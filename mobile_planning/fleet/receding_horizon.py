@@ -27,6 +27,8 @@ from mobile_planning.world.convex_pieces import ConvexPieces
 
 #: A robot at rest that would set out within this [rad] of its heading sets out along its heading.
 _AHEAD = 0.35
+#: A robot at rest that has less room than this [m] does not set out towards what is so near.
+_TIGHT = 0.025
 #: No section is worth less way than this [m].
 _WORTH = 0.01
 #: Beside the cost, so much of the roughness: of equally good sections the smoothest.
@@ -133,7 +135,7 @@ class SectionPlanner:
             draft, violation, warm = self._solve(kind, start, pieces, others, duration, guess, _REFINEMENTS[0])
             if start.is_at_rest:
                 yield None, violation
-                departures = self._departures(start, draft)
+                departures = self._departures(start, draft, pieces)
             else:
                 yield draft, violation
             for direction, hold in departures:
@@ -144,13 +146,22 @@ class SectionPlanner:
                     if violation > _FEASIBLE:
                         break
 
-    def _departures(self, start, draft):
-        """Return direction and spans of turning before it, for a robot at rest that would leave as in ``draft``."""
+    def _departures(self, start, draft, pieces):
+        """Return direction and spans of turning before it, for a robot at rest that would leave as in ``draft``.
+
+        It sets out on a straight line, so along what it nearly touches, though the draft leads around that.
+        """
         way = draft - start.points[2]
         left = np.linalg.norm(way, axis=1)
         if left.max() < _WORTH:
             return []
         direction = way[np.argmax(left > min(0.05, 0.5 * left.max()))]
+        room, outwards = Obstacles.around(pieces, start.points[2], self._limits.radius + _TIGHT, 0.0, 0.0).room(
+            start.points[2:])
+        for outward in outwards[room < self._limits.radius + _TIGHT]:
+            direction = direction - min(0.0, float(direction @ outward)) * outward
+        if np.linalg.norm(direction) < 1e-6:
+            return []
         direction = direction / np.linalg.norm(direction)
         turn = float(wrap_angle(np.arctan2(direction[1], direction[0]) - start.heading))
         hold = int(np.ceil(abs(turn) / (self._limits.omega_max * self.options.step) + 1e-6))
@@ -245,11 +256,9 @@ class SectionPlanner:
         """Return the blocks that every section has; an obstacle that no section can reach is left out."""
         limits, options = self._limits, self.options
         reach = min(options.detec_rho, options.Tp * limits.v_max) + limits.radius + level.spare
-        _, members = pieces.near(place[None] - reach, place[None] + reach)
-        walls = np.flatnonzero(pieces.wall_normals @ place - pieces.wall_offsets < reach)
         return [Speed(level.share * limits.v_max), Acceleration(level.share * limits.a_max),
                 TurnRate(level.share * limits.omega_max),
-                Obstacles(pieces, np.sort(members), walls, limits.radius + level.spare)]
+                Obstacles.around(pieces, place, reach, limits.radius, level.spare)]
 
     def _uniform(self, shape, answer, spans, start, hold, warm):
         """Return uniform control points that go on exactly from the start, after a turn, and end exactly at rest."""

@@ -70,7 +70,8 @@ class RobotNode(Node):
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
         self._statuses = self.create_publisher(RobotStatus, '~/status', qos.live(1))
         guarded, steady, aside = self._guard.callback, Clock(clock_type=ClockType.STEADY_TIME), ReentrantCallbackGroup()
-        self._robot_services = RobotServices(self, self._guard, options, self._agent, self._now, self.host.worker.submit)
+        self._robot_services = RobotServices(self, self._guard, options, self._agent, self._now,
+                                             self.host.worker.submit)
         self._cycle = self.create_timer(options.Tc, guarded(self._on_cycle), callback_group=aside, clock=steady)
         self._answering = self.create_timer(_ANSWER_AFTER, guarded(self._on_answers), clock=steady)
         self._answering.cancel()

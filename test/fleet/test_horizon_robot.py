@@ -124,6 +124,17 @@ def test_obstacles_are_seen_from_detec_rho_on_and_never_touched():
     assert np.abs(states[unseen, 1] - 3).max() < 0.02 < np.abs(states[:, 1] - 3).max()
 
 
+@pytest.mark.parametrize('room', [1e-4, 3e-3])
+@pytest.mark.parametrize('aside', [-0.4, 0.0, 0.4])
+def test_a_robot_that_all_but_touches_an_obstacle_sets_out_along_it(room, aside):
+    # The way leads straight through the obstacle, whose nearest point the robot faces.
+    obstacle, away = RoundObstacle((4.0, 3.0), 0.5), np.array([np.cos(np.pi + aside), np.sin(np.pi + aside)])
+    x, y = np.array([4.0, 3.0]) + (0.5 + 0.2 + 0.005 + room) * away
+    simulation = pair([((x, y, aside), (6.5, 3, 0.0))], (obstacle,))
+    report = simulation.run(timeout=30.0)
+    assert report.valid, report.table()
+
+
 def test_neighbours_stay_within_range_of_the_radio():
     # Alone, the first would be out of range before the second, which waits, sets out.
     ways = [((1, 2, 0.0), (17, 2, 0.0)), ((1, 4, 0.0), (17, 4, 0.0))]

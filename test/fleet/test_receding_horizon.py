@@ -48,7 +48,8 @@ def moving(times):
 
 BLOCKS = {
     'speed': Speed(1.3), 'acceleration': Acceleration(2.0), 'turn rate': TurnRate(3.0),
-    'obstacles': Obstacles(PIECES, np.arange(len(PIECES)), np.arange(len(PIECES.wall_offsets)), 0.2),
+    'obstacles': Obstacles(PIECES, np.arange(len(PIECES)), np.arange(len(PIECES.wall_offsets)),
+                           np.full(len(PIECES) + len(PIECES.wall_offsets), 0.2)),
     'collision': Collision(moving, 0.4), 'communication': Communication(moving, 2.0)}
 
 

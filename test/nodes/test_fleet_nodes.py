@@ -113,9 +113,17 @@ def test_a_robot_restarted_on_the_way_ends_the_mission_and_moves_no_more(fleet):
     fleet.heard(lambda message: message.robot_id == 2 and message.plan_seq == 0)
 
 
-#: Scenes by what is asked of robots: one goal, several in turn, drawn ones for a while, one that cannot be reached.
+#: Scenes by what is asked of robots: one goal, by both methods; several in turn, drawn ones for a while, one that
+#: cannot be reached.
 SCENES = {
     'crossing': """
+boundary: {x: [0, 5], y: [0, 5]}
+robots:
+  - {id: 1, start: [1, 2.5, 0], goal: [4, 2.5, 0]}
+  - {id: 2, start: [2.5, 1, 1.57], goal: [2.5, 4, 1.57]}
+""",
+    'receding horizon': """
+method: receding_horizon
 boundary: {x: [0, 5], y: [0, 5]}
 robots:
   - {id: 1, start: [1, 2.5, 0], goal: [4, 2.5, 0]}
