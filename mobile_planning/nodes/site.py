@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
 from mobile_planning.errors import PlanningTimeout
@@ -9,7 +10,7 @@ from mobile_planning.errors import PlanningTimeout
 Basis = TypeVar('Basis')
 
 
-class Site(Generic[Basis]):
+class Site(ABC, Generic[Basis]):
     """Plans on one basis at a time: the one that was the newest when the turn of a request came.
 
     `wanted` is set by the executor's thread, the methods are for the worker's.
@@ -36,9 +37,9 @@ class Site(Generic[Basis]):
             self._adopted = wanted
         return wanted
 
+    @abstractmethod
     def _take_over(self, wanted: Basis, before: Basis) -> None:
         """Plan on one basis instead of another from now on."""
-        raise NotImplementedError
 
 
 def remaining(until: float) -> float:
