@@ -23,6 +23,20 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile('mobile_planning')
 
 
+# Where tests run in several processes, one of them has all that wait for messages and processes: beside the
+# computing of the others they keep a core, and no two of them load the machine at once.
+_WAITING = ('chaos', 'nodes', 'test_launch.py', 'test_security.py', 'test_setup.py')
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Give the tests that wait to one process."""
+    here = Path(__file__).parent
+    for item in items:
+        if item.path.is_relative_to(here) and item.path.relative_to(here).parts[0] in _WAITING:
+            item.add_marker(pytest.mark.xdist_group('waiting'))
+
+
 @pytest.fixture(scope='session')
 def data_folder():
     """Return the folder of the larger public maps, or skip the test."""
