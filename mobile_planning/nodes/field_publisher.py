@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rclpy.lifecycle import LifecycleNode
 
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import cost_to_go_message
+from mobile_planning.nodes.convert_map import cost_to_go_message
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 
@@ -27,7 +27,7 @@ class FieldPublisher:
 
     def publish(self, grid: OccupancyGrid, frame: str, goal: Iterable[float], planner: str,
                 field: NDArray[np.float64]) -> None:
-        """Publish a field (h, w) [m] of a planner to a goal (3,) [m, m, rad]; see `convert.cost_to_go_message`."""
+        """Publish a field (h, w) [m] of a planner to a goal (3,) [m, m, rad]; see `convert_map.cost_to_go_message`."""
         stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(cost_to_go_message(grid, field, goal, planner, frame, stamp))
 

@@ -26,6 +26,7 @@ from mobile_planning.fleet.peers import PeerTable
 from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.nodes import convert, convert_contracts, convert_joint_plan, convert_mission, convert_robot, qos
+from mobile_planning.nodes.convert_map import occupancy_grid
 from mobile_planning.nodes.guard import Guard
 
 #: Messages of so many robots fit between two turns of the executor.
@@ -123,7 +124,7 @@ class FleetBus:
 
     def _grid(self, message):
         convert.check_frame(message.header.frame_id, self._frame, 'the map')
-        return convert.occupancy_grid(message)
+        return occupancy_grid(message)
 
     def _hearing(self, to_core: Callable) -> Callable:
         """Return the callback of what robots say to each other."""

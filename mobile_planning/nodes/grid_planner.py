@@ -12,7 +12,8 @@ from std_srvs.srv import Trigger
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import duration_message, key_values, occupancy_grid, seconds
+from mobile_planning.nodes.convert import duration_message, key_values, seconds
+from mobile_planning.nodes.convert_map import occupancy_grid
 from mobile_planning.nodes.field_publisher import FieldPublisher
 from mobile_planning.nodes.grid_planner_options import GridPlannerOptions
 from mobile_planning.nodes.guard import tell_code, tell_nothing, tell_sentence

@@ -12,7 +12,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 
 from mobile_planning.errors import InvalidInput, MapError, NoMap
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import map_message, occupancy_grid
+from mobile_planning.nodes.convert_map import map_message, occupancy_grid
 from mobile_planning.nodes.latched import latched_message
 from mobile_planning.nodes.managed import ManagedNode
 from mobile_planning.nodes.map_paths import check_allowed, load_allowed, local_path

@@ -14,7 +14,8 @@ from visualization_msgs.msg import MarkerArray
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import duration_message, key_values, occupancy_grid, seconds
+from mobile_planning.nodes.convert import duration_message, key_values, seconds
+from mobile_planning.nodes.convert_map import occupancy_grid
 from mobile_planning.nodes.convert_obstacles import graph_markers
 from mobile_planning.nodes.guard import tell_code, tell_sentence
 from mobile_planning.nodes.managed import ManagedNode

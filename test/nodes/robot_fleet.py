@@ -10,7 +10,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
 from mobile_planning.fleet.announcement import Announcement
 from mobile_planning.nodes import convert_mission, convert_robot, qos
-from mobile_planning.nodes.convert import map_message
+from mobile_planning.nodes.convert_map import map_message
 from mobile_planning.nodes.robot import RobotNode
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 

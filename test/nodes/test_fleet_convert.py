@@ -11,7 +11,7 @@ from mobile_planning_msgs.msg import Mission, MissionReport, ObstacleArray
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import Solution as SolutionMessage
 from nav_msgs.msg import Odometry
-from rclpy.serialization import deserialize_message, serialize_message
+from over_the_wire import sent
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mobile_planning.errors import InvalidInput, LimitExceeded, UnknownFrame
@@ -40,11 +40,6 @@ uint32 = st.integers(0, 2**32 - 1)
 places = st.floats(-1e6, 1e6, width=32)
 angles = st.floats(-4, 4)
 knots = st.integers(-2**48, 2**48)
-
-
-def sent(message):
-    """Return the message after its way over the wire."""
-    return deserialize_message(serialize_message(message), type(message))
 
 
 @st.composite

@@ -18,7 +18,8 @@ from std_srvs.srv import Trigger
 
 from mobile_planning.errors import PlanningError
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import header, map_message, path_poses, pose_stamped, seconds
+from mobile_planning.nodes.convert import header, path_poses, pose_stamped, seconds
+from mobile_planning.nodes.convert_map import map_message
 from mobile_planning.nodes.grid_planner import GridPlanner
 from mobile_planning.nodes.progress import PATIENCE
 from mobile_planning.nodes.worker import MAX_WAITING

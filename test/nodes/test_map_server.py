@@ -17,7 +17,7 @@ from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
 
 from mobile_planning.errors import InvalidInput, MapError
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import map_message, occupancy_grid
+from mobile_planning.nodes.convert_map import map_message, occupancy_grid
 from mobile_planning.nodes.map_paths import load_allowed, local_path
 from mobile_planning.nodes.map_server import MapServer
 from mobile_planning.world.map_io import load_map, save_map

@@ -14,7 +14,8 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration as ClockDuration
 
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import occupancy_grid, pose_stamped
+from mobile_planning.nodes.convert import pose_stamped
+from mobile_planning.nodes.convert_map import occupancy_grid
 from mobile_planning.world.map_io import save_map
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 

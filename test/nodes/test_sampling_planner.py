@@ -17,7 +17,8 @@ from visualization_msgs.msg import MarkerArray
 
 from mobile_planning.errors import InvalidInput, LimitExceeded, NotBuilt, UnknownFrame
 from mobile_planning.nodes import qos
-from mobile_planning.nodes.convert import header, map_message, path_poses, pose_stamped
+from mobile_planning.nodes.convert import header, path_poses, pose_stamped
+from mobile_planning.nodes.convert_map import map_message
 from mobile_planning.nodes.convert_obstacles import MOST_OBSTACLES, graph_markers, obstacles
 from mobile_planning.nodes.plan_path import parse
 from mobile_planning.nodes.sampling_planner import SamplingPlanner
