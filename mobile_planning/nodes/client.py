@@ -16,7 +16,8 @@ from mobile_planning.errors import InvalidInput, NoMap, PlanningError
 from mobile_planning.nodes import qos
 from mobile_planning.nodes.convert import seconds
 from mobile_planning.nodes.convert_map import occupancy_grid
-from mobile_planning.nodes.spin import StopSignals, spin_until
+from mobile_planning.nodes.spin import spin_until
+from mobile_planning.nodes.stop_signals import StopSignals
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-from mobile_planning.nodes.spin import StopSignals, run
+from mobile_planning.nodes.spin import run
+from mobile_planning.nodes.stop_signals import StopSignals
 
 
 def _door(module: str, name: str):

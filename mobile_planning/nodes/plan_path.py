@@ -17,7 +17,8 @@ from mobile_planning.nodes.client import Client
 from mobile_planning.nodes.convert import duration_message, path_poses, pose_stamped, seconds
 from mobile_planning.nodes.progress_bar import ProgressBar
 from mobile_planning.nodes.reach import require_reach
-from mobile_planning.nodes.spin import StopSignals, start_ros, without_ros
+from mobile_planning.nodes.spin import start_ros, without_ros
+from mobile_planning.nodes.stop_signals import StopSignals
 from mobile_planning.sampling_options import PLANNERS as SAMPLING_PLANNERS
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 

@@ -32,7 +32,8 @@ from mobile_planning.nodes.convert_pose import command_message
 from mobile_planning.nodes.guard import Guard
 from mobile_planning.nodes.odometry import MapOdometry, MapPose
 from mobile_planning.nodes.reach import require_reach
-from mobile_planning.nodes.spin import StopSignals, spin_until
+from mobile_planning.nodes.spin import spin_until
+from mobile_planning.nodes.stop_signals import StopSignals
 
 #: After the end of the last plan the body is brought to rest for so long [s].
 _SETTLING = 0.5

@@ -1,13 +1,10 @@
 """How an executable of this package lives: it starts, spins its node, and ends with the right exit code.
 
-rclpy's own signal handling shuts the context down from another thread, at any moment: signals get lost, and a node
-that is just being built or just publishing dies with a traceback. So the handlers here only set a flag, and the loop
-looks at it. Nothing of ROS is imported before they stand, since the imports take longest of all.
+Nothing of ROS is imported before the handlers of `stop_signals` stand, since the imports take longest of all.
 """
 from __future__ import annotations
 
 import gc
-import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -16,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.nodes.reach import require_reach
+from mobile_planning.nodes.stop_signals import StopSignals
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -25,43 +23,6 @@ if TYPE_CHECKING:
 PERIOD = 0.2
 # After which a node has loaded what it needs [s].
 SETTLING = 5.0
-
-
-class StopSignals:
-    """Remembers the first SIGINT or SIGTERM instead of dying of it, while the context lasts.
-
-    The same signal a second time acts as usual, for the user who has lost patience; the other one does not, for
-    Ctrl-C in a terminal reaches a node twice, as SIGINT from the terminal and as SIGTERM from the script around it.
-
-    Attributes
-    ----------
-    received : int or None
-        The number of the signal.
-
-    Examples
-    --------
-    >>> with StopSignals() as stop:
-    ...     signal.raise_signal(signal.SIGTERM)
-    ...     signal.Signals(stop.received).name
-    'SIGTERM'
-    """
-
-    def __init__(self):
-        self.received: int | None = None
-        self._before = {}
-
-    def __enter__(self) -> StopSignals:
-        self._before = {number: signal.signal(number, self._remember) for number in (signal.SIGINT, signal.SIGTERM)}
-        return self
-
-    def __exit__(self, *_) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-    def _remember(self, number, _frame):
-        """Handle the signal: nothing here may raise or take a lock."""
-        self.received = self.received or number
-        signal.signal(number, signal.SIG_DFL)
 
 
 def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None) -> int:
