@@ -9,19 +9,16 @@ It stands on inner parts of rclpy, so `make_executor` takes rclpy's own executor
 """
 from __future__ import annotations
 
-from contextlib import ExitStack
 from importlib.metadata import PackageNotFoundError, version
-from inspect import iscoroutinefunction, signature
 from time import monotonic
-from typing import Any
 
 from rclpy.event_handler import EventHandler
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.subscription import Subscription
-from rclpy.timer import TimerInfo
-from rclpy.waitable import NumberOfEntities
+
+from mobile_planning.nodes.entities import Entities, may_run
 
 #: Whose inner parts are as they are used here.
 _KNOWN = '9.1.'
@@ -58,7 +55,7 @@ class QuickExecutor(SingleThreadedExecutor):
     """
 
     def __init__(self, **kwargs):
-        self._entities: _Entities | None = None
+        self._entities: Entities | None = None
         self._may_have_changed, self._events_due = True, monotonic() + _EVENTS
         super().__init__(**kwargs)
 
@@ -110,11 +107,11 @@ class QuickExecutor(SingleThreadedExecutor):
             self._let_go()
             nodes = self.get_nodes()
             waitables = [each for node in nodes for each in node.waitables if not isinstance(each, EventHandler)]
-            self._entities = _Entities(self._context, nodes, waitables, [self._guard, self._sigint_gc])
+            self._entities = Entities(self._context, nodes, waitables, [self._guard, self._sigint_gc])
 
     def _look_at_events(self):
         handlers = [each for node in self.get_nodes() for each in node.waitables if isinstance(each, EventHandler)]
-        events = _Entities(self._context, [], handlers, [])
+        events = Entities(self._context, [], handlers, [])
         for handler in events.wait(0, not self._tasks)['waitable']:
             self._begin(handler, self._take_waitable)
         events.release()
@@ -174,82 +171,3 @@ class QuickExecutor(SingleThreadedExecutor):
         for task in tasks:
             if task.done() and task.exception() is not None:
                 raise task.exception()
-
-
-def may_run(entity: Any) -> bool:
-    """Return whether no coroutine of its group keeps an entity from its turn."""
-    return entity.callback_group is not None and entity.callback_group.can_execute(entity)
-
-
-class _Entities:
-    """All that an executor waits for; none of it is destroyed before `release`.
-
-    Attributes
-    ----------
-    simple : set
-        Timers and subscriptions whose callbacks are no coroutines.
-    """
-
-    def __init__(self, context, nodes, waitables, alarms):
-        self._stack = ExitStack()
-        self._stack.enter_context(context.handle)
-        held = self._held
-        self._kinds = {'timer': held(each for node in nodes for each in node.timers),
-                       'subscription': held(each for node in nodes for each in node.subscriptions),
-                       'service': held(each for node in nodes for each in node.services),
-                       'client': held(each for node in nodes for each in node.clients),
-                       'guard_condition': held(each for node in nodes for each in node.guards)}
-        self._alarms = held(each for each in alarms if each is not None)
-        self._waitables = waitables
-        for waitable in self._waitables:
-            self._stack.enter_context(waitable)
-        self._by_pointer = {each.handle.pointer: each for entities in self._kinds.values() for each in entities}
-        self.simple = {each for each in self._kinds['timer'] if _is_simple(each.callback)}
-        self.simple |= {each for each in self._kinds['subscription'] if not iscoroutinefunction(each.callback)}
-        count = {kind: len(entities) for kind, entities in self._kinds.items()}
-        need = sum((waitable.get_num_entities() for waitable in self._waitables),
-                   NumberOfEntities(count['subscription'], count['guard_condition'] + len(self._alarms),
-                                    count['timer'], count['client'], count['service']))
-        self._wait_set = rclpy_implementation.WaitSet(
-            need.num_subscriptions, need.num_guard_conditions, need.num_timers, need.num_clients, need.num_services,
-            need.num_events, context.handle)
-
-    def release(self) -> None:
-        """Let whoever is to be destroyed be destroyed."""
-        self._stack.close()
-
-    def wait(self, nanoseconds: int, is_idle: bool) -> dict[str, list]:
-        """Return who is ready, by kind; where coroutines wait those whose turn it is not are not waited for."""
-        wait_set = self._wait_set
-        wait_set.clear_entities()
-        for kind, entities in self._kinds.items():
-            add = getattr(wait_set, f'add_{kind}')
-            for entity in entities if is_idle else filter(may_run, entities):
-                add(entity.handle)
-        for alarm in self._alarms:
-            wait_set.add_guard_condition(alarm.handle)
-        waited = [waitable for waitable in self._waitables if is_idle or may_run(waitable)]
-        for waitable in waited:
-            waitable.add_to_wait_set(wait_set)
-        wait_set.wait(nanoseconds)
-        ready = {kind: [self._by_pointer[pointer] for pointer in wait_set.get_ready_entities(kind)
-                        if pointer in self._by_pointer] for kind in self._kinds}
-        ready['waitable'] = [waitable for waitable in waited if waitable.is_ready(wait_set)]
-        return ready
-
-    def _held(self, entities):
-        held = []
-        for entity in entities:
-            try:
-                self._stack.enter_context(entity.handle)
-                held.append(entity)
-            except _InvalidHandle:
-                continue
-        return held
-
-
-def _is_simple(callback):
-    """Whether the callback of a timer is no coroutine and asks for nothing."""
-    if callback is None or iscoroutinefunction(callback):
-        return False
-    return not any(each.annotation in (TimerInfo, 'TimerInfo') for each in signature(callback).parameters.values())
