@@ -17,8 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.contracts import Contract
-from mobile_planning.fleet.link import Held, OwnerSide, PeerSide, Terms
+from mobile_planning.fleet.link import Held, Terms
 from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer, RobotMsg
+from mobile_planning.fleet.owner_side import OwnerSide
+from mobile_planning.fleet.peer_side import PeerSide
 
 #: What seems lost is said so many times, this [s] apart; an open offer then each time that something is heard after
 #: this [s].

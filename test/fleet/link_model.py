@@ -15,8 +15,10 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import NamedTuple
 
-from mobile_planning.fleet.link import Held, OwnerSide, PeerSide, Terms
+from mobile_planning.fleet.link import Held, Terms
 from mobile_planning.fleet.message import LinkMode
+from mobile_planning.fleet.owner_side import OwnerSide
+from mobile_planning.fleet.peer_side import PeerSide
 
 #: One tick is longer than a lease, and who rests at a tick has rested for a plan's time.
 TERMS = Terms(lease=0.5, rest_time=0.0)

@@ -2,8 +2,9 @@
 from dataclasses import replace
 from math import inf
 
-from mobile_planning.fleet.link import OwnerSide, PeerSide
 from mobile_planning.fleet.message import LinkMode
+from mobile_planning.fleet.owner_side import OwnerSide
+from mobile_planning.fleet.peer_side import PeerSide
 
 
 class DropsAllButTheAcknowledged(OwnerSide):
