@@ -5,7 +5,7 @@ Median and greatest time of the last arrival over the lower bound, over the runs
 runs those are, where it is not all. No row can cause a collision: all that is replaced is advice, or when to say what.
 """
 from benchmark.fleet_tuning import Setting, drive, print_tables
-from mobile_planning.fleet import course, joint_plan, pebble_search, plan_in_force, protocol
+from mobile_planning.fleet import course, joint_plan, pebble_search, plan_in_force, repetition
 from mobile_planning.fleet.follower import Follower
 from mobile_planning.fleet.guidance import Guidance
 from mobile_planning.fleet.proposer import Proposer
@@ -47,7 +47,7 @@ SETTINGS = (
     Setting('no roundabout', ((course, 'predict_crowd', _nobody),)),
     Setting('right-hand rule for prediction', ((Guidance, 'reference', _right_hand_rule(Guidance.reference)),)),
     Setting('ample contracts renewed, too', ((plan_in_force, '_AMPLE', float('inf')),)),
-    Setting('nothing said again at once', ((protocol, 'TIMES', 1),)),
+    Setting('nothing said again at once', ((repetition, 'TIMES', 1),)),
 )
 
 

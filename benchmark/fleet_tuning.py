@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from multiprocessing import Pool
 
 from benchmark.cases import middle_and_most, scene_of
-from mobile_planning.fleet import plan_in_force, protocol
+from mobile_planning.fleet import plan_in_force, repetition
 from mobile_planning.fleet.faults import Faults, SolveTime
 from mobile_planning.fleet.makespan import lower_bound
 
@@ -29,9 +29,9 @@ class Setting:
 
 SETTINGS = (
     Setting('default'),
-    Setting('nothing said again at once', ((protocol, 'TIMES', 1),)),
-    Setting('said again after 0.03 s', ((protocol, 'SOON', 0.03),)),
-    Setting('said again after 0.08 s', ((protocol, 'SOON', 0.08),)),
+    Setting('nothing said again at once', ((repetition, 'TIMES', 1),)),
+    Setting('said again after 0.03 s', ((repetition, 'SOON', 0.03),)),
+    Setting('said again after 0.08 s', ((repetition, 'SOON', 0.08),)),
     Setting('renewed below 0.75 s of room', ((plan_in_force, '_AMPLE', 0.75),)),
     Setting('renewed below 3 s of room', ((plan_in_force, '_AMPLE', 3.0),)),
     Setting('renewed always', ((plan_in_force, '_AMPLE', float('inf')),)),

@@ -21,12 +21,8 @@ from mobile_planning.fleet.link import Held, Terms
 from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer, RobotMsg
 from mobile_planning.fleet.owner_side import OwnerSide
 from mobile_planning.fleet.peer_side import PeerSide
+from mobile_planning.fleet.repetition import Repetition
 
-#: What seems lost is said so many times, this [s] apart; an open offer then each time that something is heard after
-#: this [s].
-TIMES, SOON, REPEAT = 3, 0.05, 0.2
-#: An owner who has built an offer on a plan so long ago [s] at most is taken to need each new one.
-_LIVELY = 1.0
 #: So many own messages are remembered.
 MAX_SENT = 512
 
@@ -99,13 +95,10 @@ class Protocol:
         self._sequence = 0
         self._sent: dict[int, float] = {}
         self._observed_at, self._is_stranger_near = -inf, False
-        # Owed answers, links where something is newer than the last offer, and when that was made [s].
+        # Owed answers, and links where something is newer than the last offer.
         self._owed: set[int] = set()
         self._stale: set[int] = set()
-        self._offered_at: dict[int, float] = {}
-        # How many times the newest offer of a link was said; the same, since when, of the newest own plan.
-        self._offered: dict[int, int] = {}
-        self._plan, self._told, self._told_at = 0, TIMES, -inf
+        self._repetition = Repetition()
 
     def join(self, roster: Collection[int], resting: Mapping[int, tuple[ArrayLike, float]] | None = None) -> None:
         """From now on nothing moves without an agreement with all of ``roster``.
@@ -277,9 +270,9 @@ class Protocol:
     @property
     def has_due(self) -> bool:
         """Whether there is something to say before the next cycle."""
-        return bool(self._owed or self._stale or self._is_awaited() or any(
-            times < TIMES and other in self._sides and self._sides[other].is_heard and self._sides[other].open
-            for other, times in self._offered.items()))
+        return bool(self._owed or self._stale or self._repetition.is_plan_awaited(self._newest_offers()) or any(
+            other in self._sides and self._sides[other].is_heard and self._sides[other].open
+            for other in self._repetition.seldom_offered()))
 
     def due(self, now: float) -> Contracts | None:
         """Return all offers and answers that are to be sent at ``now`` [s]; None if there are none.
@@ -300,19 +293,16 @@ class Protocol:
         side = self._sides[other]
         if not isinstance(side, OwnerSide):
             return None
-        heard, is_fresh = self.heard.get(other), False
+        heard = self.heard.get(other)
         if other in self._stale and heard is not None and side.may_offer(self.terms) and not (
                 side.is_settled and self._geometry.is_ample(side.contracts[0].contract, heard)):
             contract = self._drawn(side, heard)
             if contract is not None:
                 self._sides[other] = side = side.offering(contract, heard.sequence, now)
-                is_fresh = True
+                self._repetition.renew_offer(other)
         self._stale.discard(other)
-        times = 0 if is_fresh else self._offered.get(other, 0)
-        pause = SOON if times < TIMES else REPEAT
-        if not side.open or not side.is_heard or times and now - self._offered_at[other] < pause:
+        if not side.open or not side.is_heard or not self._repetition.offers_again(other, now):
             return None
-        self._offered_at[other], self._offered[other] = now, times + 1
         newest = side.open[-1]
         return Offer(other, side.other_epoch, newest.base_sequence, newest.contract)
 
@@ -328,22 +318,15 @@ class Protocol:
     def told(self, sequence: int, now: float) -> None:
         """Remember that the own plan goes out at ``now`` [s] in the message ``sequence`` of a cycle."""
         self.sent(sequence, now)
-        self._plan, self._told, self._told_at = sequence, 1, now
+        self._repetition.told(sequence, now)
 
     def tells_again(self, now: float) -> bool:
         """Return whether the newest own plan is to be said again at ``now`` [s], as one that an owner seems to lack."""
-        if now - self._told_at < SOON or not self._is_awaited():
-            return False
-        self._told, self._told_at = self._told + 1, now
-        return True
+        return self._repetition.tells_again(now, self._newest_offers())
 
-    def _is_awaited(self):
-        """Whether an owner who lately built offers on the own plans has built none on the newest."""
-        if self._told >= TIMES:
-            return False
-        since = self._told_at - _LIVELY
-        newest = (side.pending or side.contract for side in self._sides.values() if isinstance(side, PeerSide))
-        return any(held is not None and held.base_sequence < self._plan and held.since > since for held in newest)
+    def _newest_offers(self):
+        """Return the newest offer of each owner, taken or not; None where there is none."""
+        return (side.pending or side.contract for side in self._sides.values() if isinstance(side, PeerSide))
 
     def links(self, now: float) -> dict[int, Link]:
         """Return what to say to each peer in the message of a cycle."""

@@ -8,10 +8,12 @@ import weakened_sides as weak
 from benchmark import protocol_adversary
 from mobile_planning import InvalidInput, RobotMsg
 from mobile_planning.fleet import protocol as home
+from mobile_planning.fleet import repetition
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import Contracts, Death, Link, LinkMode, Offer
-from mobile_planning.fleet.protocol import REPEAT, SOON, TIMES, Protocol
+from mobile_planning.fleet.protocol import Protocol
+from mobile_planning.fleet.repetition import REPEAT, SOON, TIMES
 
 PLACES = {1: (0.0, 0.0), 2: (2.0, 0.0), 3: (0.0, 2.0)}
 
@@ -383,6 +385,6 @@ def test_the_adversary_finds_what_is_wrong_with_weaker_rules(sides, monkeypatch)
     for name, side in sides.items():
         monkeypatch.setattr(home, name, side)
     # Links that mend themselves soon hide most of what is wrong.
-    monkeypatch.setattr(home, 'SOON', REPEAT)
+    monkeypatch.setattr(repetition, 'SOON', REPEAT)
     with pytest.raises(protocol_adversary.Collision):
         protocol_adversary.run(200_000)
