@@ -1,4 +1,4 @@
-"""Mission: who drives, from when, when it is over and what it came to; the world sim's side of it.
+"""Mission: who drives, from when, and when it is over; the world sim's side of it.
 
 No ROS, no clock: times are passed in. ``now`` [s] is a clock that nobody sets, for waiting; ``time`` [s] is the common
 clock of the robots, on which the mission starts.
@@ -14,25 +14,20 @@ from numpy.typing import ArrayLike
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
-from mobile_planning.fleet.known_part import KnownPart
-from mobile_planning.fleet.makespan import lower_bound
-from mobile_planning.fleet.message import Death, Mode, RobotMsg
+from mobile_planning.fleet.message import Death, RobotMsg
+from mobile_planning.fleet.mission_account import Account
 from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.report import Body, Report
+from mobile_planning.fleet.roll_call import RollCall
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.fleet.waiting import Waiter, why_they_wait
 from mobile_planning.world.environment import Environment
 
 #: The mission starts this long after its announcement [s]; solutions are waited for so long after its end [s].
 LEAD, PATIENCE = 0.5, 3.0
-#: A robot is silent when its newest message is older than so many of its cycles, and than this [s].
-_CYCLES, _SILENT = 4, 2.0
 #: A plan may reach so far beyond the timeout [s].
 _LONGEST_PLAN = 100.0
 #: A robot that starts anew so near [m] to where its plan has led it has not been moved.
 _SAME_PLACE = 0.05
-#: A body is found so near [m] to where its scene says that it starts: real ones are never there to the millimetre.
-_FOUND = 0.5
 #: Nobody is declared dead who has spoken so lately [s]: its body may move as long as a plan lasts.
 _QUIET = 5.0
 
@@ -75,8 +70,7 @@ class Mission:
         self._timeout, self._discovery_timeout = timeout, discovery_timeout
         self._wanted_since = now if autostart else None
         self._ended: float | None = None
-        self._heard: dict[int, tuple[RobotMsg, float]] = {}
-        self._told: dict[int, Postscript] = {}
+        self._roll = RollCall(self.robot_ids)
         self._last: list[tuple[RobotMsg, Postscript]] = []
         self._epochs: dict[int, set[int]] = {}
         self.deaths: dict[int, Death] = {}
@@ -89,7 +83,7 @@ class Mission:
     @property
     def heard(self) -> dict[int, RobotMsg]:
         """The newest message of each robot."""
-        return {robot_id: message for robot_id, (message, _) in self._heard.items()}
+        return self._roll.heard
 
     @property
     def is_complete(self) -> bool:
@@ -107,13 +101,9 @@ class Mission:
         A robot that was started anew takes part again, if its body is where its last plan has led it.
         """
         robot_id = message.robot_id
-        if robot_id not in self.robot_ids:
-            return
         known = self.heard.get(robot_id)
-        if known is not None and (message.boot_epoch, message.sequence) <= (known.boot_epoch, known.sequence):
+        if not self._roll.hear(message, postscript, now):
             return
-        self._heard[robot_id] = message, now
-        self._told[robot_id] = postscript
         if self.state is State.WAITING:
             hears_all = set(message.links) | {robot_id} == set(self.robot_ids)
             if postscript.mission_start > 0.0 and hears_all and not self.why:
@@ -215,12 +205,12 @@ class Mission:
         InvalidInput
             The robot is not of this mission, was never heard, or speaks.
         """
-        if robot_id not in self._heard:
-            raise InvalidInput(f'robot {robot_id} was never heard: heard are {sorted(self._heard)}')
-        message, when = self._heard[robot_id]
-        if now - when < _QUIET:
-            raise InvalidInput(f'robot {robot_id} has spoken {now - when:.1f} s ago: its body may move for '
-                               f'{_QUIET:g} s')
+        heard = self.heard
+        if robot_id not in heard:
+            raise InvalidInput(f'robot {robot_id} was never heard: heard are {sorted(heard)}')
+        message, age = heard[robot_id], self._roll.age(robot_id, now)
+        if age < _QUIET:
+            raise InvalidInput(f'robot {robot_id} has spoken {age:.1f} s ago: its body may move for {_QUIET:g} s')
         place = message.plan.end if place is None else np.asarray(place, float)
         self.deaths[robot_id] = Death(robot_id, message.boot_epoch, place, time, message.radius)
         return self.deaths[robot_id]
@@ -247,61 +237,21 @@ class Mission:
 
     def silent(self, now: float) -> list[int]:
         """Return the robots that are not heard, or not any more."""
-        return [robot_id for robot_id in self.robot_ids if not self._is_fresh(robot_id, now)]
+        return self._roll.silent(now)
 
     def lack(self, now: float) -> str:
         """Return what keeps the mission from starting, empty for nothing."""
-        silent, heard = self.silent(now), self.heard
-        if silent:
-            return f'robots {silent} are not there'
-        busy = [robot_id for robot_id in self.robot_ids if heard[robot_id].mode is not Mode.WAITING]
-        if busy:
-            return f'robots {busy} have had their mission: a robot that is started anew takes part in another'
-        for robot_id in self.robot_ids:
-            links = heard[robot_id].links
-            deaf = [peer for peer in self.robot_ids if peer != robot_id
-                    and (peer not in links or links[peer].epoch != heard[peer].boot_epoch)]
-            if deaf:
-                return f'robot {robot_id} does not hear robots {deaf}'
-        return ''
+        return self._roll.lack(now)
 
     def report(self, bodies: Sequence[Body], environment: Environment) -> Report:
         """Return what the mission came to; why it ended is a violation too, unless it is complete."""
-        # By what each robot was told since, where that is not the scene.
-        bodies = [self._told_to(body) for body in bodies]
-        unknown = {robot_id for robot_id, message in self.heard.items()
-                   if robot_id not in self.solutions and message.plan_seq and self._epochs}
-        judged = [body for body in bodies if body.eyed not in unknown]
-        known = KnownPart.of(self.solutions, judged, self.start_time)
-        report = known.report(environment, self.start_time, self.name)
-        dead = set(self.deaths) | (unknown & set(self.silent(self._ended or 0.0)))
-        violations = [*report.violations, *(f'robot {robot_id} has driven and never said what' for robot_id in
-                                            sorted(unknown))]
-        ended = max((solution.end for solution in self.solutions.values()), default=self.start_time) - self.start_time
-        report = replace(report, robots=len(bodies), dead=len(dead), violations=violations,
-                         lower_bound=lower_bound(bodies, environment),
-                         waiting=why_they_wait(self._waiters(), self._bodies_of_the_dead(), environment, ended))
-        if self.is_complete:
-            return replace(report, valid=report.valid and not unknown)
-        return replace(report, valid=False, violations=[*violations, f'the mission ended: {self.why}'])
+        account = Account(
+            name=self.name, start_time=self.start_time, why=self.why, is_complete=self.is_complete,
+            was_started=bool(self._epochs), heard=self.heard, silent=self.silent(self._ended or 0.0), last=self._last,
+            solutions=self.solutions, deaths=self.deaths)
+        return account.report(bodies, environment)
 
     # How it works
-
-    def _told_to(self, body):
-        """Return a body that starts where it was found, and is held to the goals that its robot says it was given."""
-        solution = self.solutions.get(body.eyed)
-        if solution is None:
-            return body
-        first, goals = solution.plans[0], solution.goals or body.goals
-        found = first.state(first.first_knot * first.step)[:3]
-        is_near = np.linalg.norm(found[:2] - body.start[:2]) <= _FOUND and not np.ptp(first.points, axis=0).any()
-        return replace(body, start=found if is_near else body.start, goal=goals[-1], via=goals[:-1])
-
-    def _is_fresh(self, robot_id, now):
-        if robot_id not in self._heard:
-            return False
-        message, when = self._heard[robot_id]
-        return now - when <= max(_CYCLES * message.plan.step, _SILENT)
 
     def _gather(self, now, time):
         if self._wanted_since is None:
@@ -329,18 +279,5 @@ class Mission:
     def _end(self, why, now):
         self.state, self.why, self._ended = State.STOPPED, why, now
         # What they say once they are told to stop is another thing.
-        self._last = [(message, self._told[robot_id]) for robot_id, message in self.heard.items()
-                      if self._is_fresh(robot_id, now) and robot_id not in self.deaths and not message.dp]
-
-    def _waiters(self):
-        """Return the living robots that had not arrived when the mission ended, as they told of themselves."""
-        return [Waiter(message.robot_id, message.mode.name.lower(), message.lz, message.goal, message.radius,
-                       message.v_max, message.links, told.without_word_of, told.held_up,
-                       self.solutions.get(message.robot_id), self.start_time) for message, told in self._last]
-
-    def _bodies_of_the_dead(self):
-        """Return where the bodies of the dead and of the silent rest, and their radii, by robot id."""
-        certified = {robot_id: (death.place, death.radius) for robot_id, death in self.deaths.items()}
-        silent = self.silent(self._ended or 0.0)
-        return {**{robot_id: (message.plan.end, message.radius) for robot_id, message in self.heard.items()
-                   if robot_id in silent}, **certified}
+        self._last = [(message, postscript) for message, postscript in self._roll.present(now)
+                      if message.robot_id not in self.deaths and not message.dp]
