@@ -18,6 +18,7 @@ from mobile_planning.fleet.contracts import ROUNDING
 from mobile_planning.fleet.course import Course
 from mobile_planning.fleet.ground import Ground
 from mobile_planning.fleet.horizon import rest_index
+from mobile_planning.fleet.link import V_REST
 from mobile_planning.fleet.plan_in_force import PlanInForce
 from mobile_planning.fleet.plan_record import PlanRecord
 from mobile_planning.fleet.protocol import Protocol
@@ -31,8 +32,6 @@ _SPLICED = 24
 _TURNED = 1e-5
 #: A commit this near to its first knot [s] comes too late.
 _GUARD = 0.005
-#: Slower than this [m/s] at its first knot, a section departs from rest.
-_V_REST = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +120,8 @@ class Motion:
         return Section(knot, plan.control(knot, self._spans + 3))
 
     def is_slow(self, section: Section) -> bool:
-        """Return whether a section departs from rest."""
-        return bool(np.linalg.norm(section.old[2] - section.old[0]) < 2 * self._step * _V_REST)
+        """Return whether a section departs from rest: slower than `V_REST` at its first knot."""
+        return bool(np.linalg.norm(section.old[2] - section.old[0]) < 2 * self._step * V_REST)
 
     def turned(self, section: Section, course: Course) -> Section:
         """Return the section, at the goal, that turns to the final heading if the robot does not look there."""
