@@ -195,9 +195,8 @@ def _own_edges(roadmap, starts, goals, radii):
                             np.column_stack([direct + base, direct + base + count])]).astype(np.int64)
     first = np.concatenate([own[who], starts[direct]])
     last = np.concatenate([roadmap.places[where], goals[direct]])
-    rooms, at_first = roadmap.room_along(first, last)
     need = np.concatenate([np.tile(radii, 2)[who], radii[direct]]) + TIGHT
-    return edges, rooms >= np.minimum(need, at_first - 1e-4)
+    return edges, roadmap.has_room(first, last, need)
 
 
 def _avoid(usable, places, edges, starts, radii, base, standing):

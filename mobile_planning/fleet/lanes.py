@@ -78,9 +78,9 @@ class LaneFinder:
         _, near = self.roadmap.near(place)
         if not len(near):
             return place[None]
-        rooms, here = self.roadmap.room_along(np.broadcast_to(place, (len(near), 2)), self.roadmap.places[near])
+        fits = self.roadmap.has_room(np.broadcast_to(place, (len(near), 2)), self.roadmap.places[near], radius + TIGHT)
         lengths = np.linalg.norm(self.roadmap.places[near] - place, axis=1)
-        total = np.where(rooms >= np.minimum(radius + TIGHT, here - 1e-4), lengths + cost[near], np.inf)
+        total = np.where(fits, lengths + cost[near], np.inf)
         if not np.isfinite(total.min()):
             return place[None]
         nodes = [int(near[total.argmin()])]
@@ -96,8 +96,7 @@ class LaneFinder:
                 self._fields.clear()
             roadmap, count = self.roadmap, len(self.roadmap.places)
             _, near = roadmap.near(goal)
-            rooms, here = roadmap.room_along(np.broadcast_to(goal, (len(near), 2)), roadmap.places[near])
-            near = near[rooms >= np.minimum(radius + TIGHT, here - 1e-4)]
+            near = near[roadmap.has_room(np.broadcast_to(goal, (len(near), 2)), roadmap.places[near], radius + TIGHT)]
             usable = roadmap.edges[roadmap.rooms >= radius + TIGHT]
             edges = np.concatenate([usable, np.column_stack([near, np.full(len(near), count)])])
             places = np.concatenate([roadmap.places, goal[None]])

@@ -5,21 +5,10 @@ Every function has an explicit signature: it is compiled, or read from numba's c
 import numpy as np
 from numba import b1, f8, i8, njit, types
 
+from mobile_planning.fleet.distance_kernels import POINTS, squared_to_segment
+
 TABLE = types.Array(i8, 2, 'C', readonly=True)
 NUMBERS = types.Array(f8, 1, 'C', readonly=True)
-POINTS = types.Array(f8, 2, 'C', readonly=True)
-
-
-@njit(f8(f8, f8, f8, f8, f8, f8), nogil=True, cache=True)
-def squared_to_segment(x, y, ax, ay, bx, by):
-    """Return the squared distance of the point (x, y) to the segment from a to b."""
-    dx, dy = bx - ax, by - ay
-    squared = dx * dx + dy * dy
-    share = 0.0
-    if squared > 0.0:
-        share = min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / squared))
-    ex, ey = x - ax - share * dx, y - ay - share * dy
-    return ex * ex + ey * ey
 
 
 @njit(b1(f8[::1], f8[::1], f8), nogil=True, cache=True)

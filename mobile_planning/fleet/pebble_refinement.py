@@ -13,8 +13,8 @@ from mobile_planning.fleet.pebbles import Instance, Steps
 
 #: Searches in all, how many of them are bettered, and robots times configurations that they may look at.
 _SEARCHES, _BETTERED, _WORK = 10, 3, 4000
-#: Tries to better some moves, and places and times that one of them looks at.
-_TRIES, _LOOKED_AT = 80, 20000
+#: Tries to better some moves, and places and times that one of them looks at, and all of them.
+_TRIES, _LOOKED_AT, _ALL = 80, 20000, 100_000
 #: Share of the tries with robots at random; in the others one chooses before so many that were home before it.
 _AT_RANDOM, _OVERTAKEN = 0.5, 5
 #: One step in so many is added in which nobody moves.
@@ -57,9 +57,9 @@ def best_steps(instance: Instance, urgency: Sequence[float], rng: np.random.Gene
         found += [another] if another.is_solved else []
     found = sorted(found, key=value)[:_BETTERED]
     tries = min(_TRIES, _SPANNED // (len(first.edges) * instance.to_go.shape[1]))
-    found = [refined(instance, steps, rng, tries // (2 * _BETTERED), times) for steps in found]
+    found = [refined(instance, steps, rng, tries // (2 * _BETTERED), times, _ALL // (2 * _BETTERED)) for steps in found]
     best = min(found, key=value)
-    return refined(instance, best, rng, tries // 2, times)
+    return refined(instance, best, rng, tries // 2, times, _ALL // 2)
 
 
 def any_order(count: int, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -68,10 +68,11 @@ def any_order(count: int, rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def refined(instance: Instance, steps: Steps, rng: np.random.Generator, tries: int = _TRIES,
-            times: Callable[[Steps], NDArray[np.float64]] | None = None) -> Steps:
+            times: Callable[[Steps], NDArray[np.float64]] | None = None, work: int = _ALL) -> Steps:
     """Return steps that are no worse: each robot alone, then a few at a time look for better ways among the others.
 
-    Large neighbourhood search (Li, Chen, Harabor, Stuckey, Koenig 2021); it may be stopped after any number of tries.
+    Large neighbourhood search (Li, Chen, Harabor, Stuckey, Koenig 2021); it is stopped after so many ``tries``, or when
+    they have looked at ``work`` places and times.
     """
     if not steps.is_solved or not len(steps.edges):
         return steps
@@ -79,8 +80,11 @@ def refined(instance: Instance, steps: Steps, rng: np.random.Generator, tries: i
     best, at = _with_idle(steps), times(steps)
     singles = [[int(robot)] for robot in np.argsort(at)[::-1]]
     for turn in range(tries):
+        if work <= 0:
+            break
         chosen = singles[turn] if turn < len(singles) else _some(at, rng)
-        found = _replanned(instance, best, chosen)
+        found, looked_at = _replanned(instance, best, chosen)
+        work -= looked_at
         if found is not None:
             found_at = times(found)
             if pebbles.worst_and_mean(found_at) < pebbles.worst_and_mean(at) - 1e-6:
@@ -102,7 +106,8 @@ def _some(times, rng):
     count, weights = len(times), (times + 1.0) / (times + 1.0).sum()
     if rng.random() < _AT_RANDOM:
         return rng.choice(count, min(count, int(rng.integers(2, 5))), replace=False, p=weights).tolist()
-    late = int(rng.choice(count, p=weights))
+    upto = np.cumsum(weights)
+    late = int(np.searchsorted(upto / upto[-1], rng.random(), side='right'))
     order = np.argsort(times, kind='stable')
     rank = int(np.flatnonzero(order == late)[0])
     first = int(rng.integers(max(0, rank - _OVERTAKEN), rank + 1))
@@ -110,12 +115,17 @@ def _some(times, rng):
 
 
 def _replanned(instance, steps, robots):
-    """Return steps in which some robots move anew, one after the other, among the rest; None where they cannot."""
+    """Return steps in which some robots move anew, one after the other, among the rest, and what was looked at.
+
+    None for the steps where there are no others.
+    """
     from mobile_planning.fleet import pebble_kernels as kernels
 
     places, edges, ranks = steps.places.copy(), steps.edges.copy(), np.empty(steps.edges.shape, np.int64)
-    has_found = kernels.replan_some(
+    has_found, looked_at = kernels.replan_some(
         *instance.adjacency, instance.usable, instance.lengths, instance.to_go, instance.close, instance.swept,
-        instance.kinds, places, edges, instance.starts, instance.goals, np.array(robots, np.int64), pebbles.WAIT,
-        pebbles.EXTRA, _LOOKED_AT, ranks)
-    return Steps(places, edges, True, ranks=ranks) if has_found else None
+        instance.meets, instance.kinds, places, edges, instance.starts, instance.goals, np.array(robots, np.int64),
+        pebbles.WAIT, pebbles.EXTRA, _LOOKED_AT, ranks)
+    if not has_found or np.array_equal(edges, steps.edges):
+        return None, looked_at
+    return Steps(places, edges, True, ranks=ranks), looked_at

@@ -82,8 +82,8 @@ def search(instance: Instance, urgency: NDArray[np.float64], rng: np.random.Gene
         noise = (1e-3 * rng.random(64)).tolist()
         if len(constraint) < len(here.order):
             robot = here.order[len(constraint)]
-            moves = sorted(instance.moves[robot, here.places[robot]], key=lambda move: move[0] + noise[move[1] % 64])
-            here.constraints.extend(constraint + ((robot, v, e),) for _, v, e in moves)
+            moves = _best_first(instance.moves[robot, here.places[robot]], noise)
+            here.constraints.extend(constraint + ((robot, v, e),) for _, _, v, e in moves)
         step = next_step(instance, here.places, here.order, constraint, noise)
         if step is None:
             continue
@@ -136,6 +136,11 @@ def next_step(instance: Instance, places: Sequence[int], order: Sequence[int],
     return step.next
 
 
+def _best_first(moves, noise):
+    """Return the ``moves`` (to_go, place, edge), each after its cost with noise and its turn, by these."""
+    return sorted([(to_go + noise[v % 64], turn, v, e) for turn, (to_go, v, e) in enumerate(moves)])
+
+
 class _Step:
     """One step being put together: who goes where, and who must go before whom."""
 
@@ -144,16 +149,19 @@ class _Step:
         # Bit b of before[a]: b moves before a.
         self.before = [0] * len(places)
         self._places, self._moves, self._noise = places, instance.moves, noise
-        self._kinds, self._close, self._swept = instance.rows
+        self._kinds, self._close, self._swept, meets = instance.rows
+        # Nobody else can be in a robot's way in this step.
+        self._near = [[other for other, v in enumerate(places) if meets[u][v] and other != robot]
+                      for robot, u in enumerate(places)]
 
     def choose(self, robot):
         """Settle the move of one robot and of all that are in its way; return whether there is one."""
         places, noise, kinds = self._places, self._noise, self._kinds[robot]
-        for _, v, e in sorted(self._moves[robot, places[robot]], key=lambda move: move[0] + noise[move[1] % 64]):
+        for _, _, v, e in _best_first(self._moves[robot, places[robot]], noise):
             kept = self.next[:], self.before[:]
             if self.settle(robot, v, e):
                 pushed = () if e < 0 else [
-                    other for other, chosen in enumerate(self.next) if chosen is None
+                    other for other in self._near[robot] if self.next[other] is None
                     and (self._swept[kinds[other]][e][places[other]] or self._close[kinds[other]][v][places[other]])]
                 if all(self.next[other] is not None or self.choose(other) for other in pushed):
                     return True
@@ -164,7 +172,8 @@ class _Step:
         """Let the robot move to v along e; return False, and leave all in pieces, if that cannot be with the others."""
         places = self._places
         u, kinds = places[robot], self._kinds[robot]
-        for other, chosen in enumerate(self.next):
+        for other in self._near[robot]:
+            chosen = self.next[other]
             if chosen is None:
                 continue
             v2, e2 = chosen

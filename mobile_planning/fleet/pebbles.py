@@ -60,15 +60,28 @@ class Instance:
         return first.astype(np.int64), heads[turn], turn % max(len(self.edges), 1)
 
     @cached_property
+    def meets(self) -> NDArray[np.bool_]:
+        """Whether two robots at two places can be in each other's way in a step (n, n), wherever they go."""
+        from mobile_planning.fleet import pebble_kernels as kernels
+
+        return kernels.may_meet(*self.adjacency, self.close, self.swept)
+
+    @cached_property
     def moves(self) -> _Moves:
         """What each robot can do at each place."""
         return _Moves(self)
 
     @cached_property
-    def rows(self) -> tuple[list, list, list]:
-        """``kinds``, ``close`` and ``swept`` as nested lists, which Python reads faster."""
-        return (self.kinds.tolist(), [[bytes(row) for row in table] for table in self.close],
-                [[bytes(row) for row in table] for table in self.swept])
+    def rows(self) -> tuple[list, list, list, list]:
+        """``kinds``, ``close``, ``swept`` and ``meets`` as nested lists, which Python reads faster."""
+        return (self.kinds.tolist(), [_rows(table) for table in self.close], [_rows(table) for table in self.swept],
+                _rows(self.meets))
+
+
+def _rows(table):
+    """Return the rows of a table (k, n) of bool as bytes."""
+    content, width = table.tobytes(), table.shape[1]
+    return [content[first:first + width] for first in range(0, len(content), width)]
 
 
 class _Moves(dict):
@@ -83,10 +96,11 @@ class _Moves(dict):
         instance = self._instance
         first, targets, by = instance.adjacency
         to_go, usable = instance.to_go[robot], instance.usable[robot]
-        moves = [(float(to_go[place]), int(place), -1)]
-        for v, e in zip(targets[first[place]:first[place + 1]].tolist(), by[first[place]:first[place + 1]].tolist()):
-            if usable[e] and np.isfinite(to_go[v]):
-                moves.append((float(to_go[v]), v, e))
+        around = slice(first[place], first[place + 1])
+        targets, by = targets[around], by[around]
+        leads_on = usable[by] & np.isfinite(to_go[targets])
+        targets, by = targets[leads_on], by[leads_on]
+        moves = [(float(to_go[place]), int(place), -1), *zip(to_go[targets].tolist(), targets.tolist(), by.tolist())]
         self[key] = moves
         return moves
 

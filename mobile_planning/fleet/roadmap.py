@@ -31,8 +31,8 @@ _SPARE = 0.001
 _DETOUR = 4.0
 #: Samples of the room: the radius is four cells, unless that makes more nodes than this.
 _FINE, _NODES = 4.0, 1 << 18
-#: Between samples of a segment [m].
-_STEP = 0.05
+#: Between samples of a segment, and what is as good as none [m].
+_STEP, _ROUNDING = 0.05, 1e-4
 #: Places around a disc, and how much farther out than they must be [m].
 _AROUND, _BEYOND = 20, 0.003
 
@@ -103,6 +103,20 @@ class Roadmap:
         shares = np.linspace(0.0, 1.0, count)[:, None, None]
         rooms = self.environment.clearance(a + shares * (b - a))
         return rooms.min(axis=0), rooms[0]
+
+    def has_room(self, a: ArrayLike, b: ArrayLike, need: ArrayLike) -> NDArray[np.bool_]:
+        """Return whether all that is static is ``need`` (K,) [m] from each segment from ``a`` to ``b`` (K, 2).
+
+        Who stands at ``a`` already may come a little nearer to what is as near as that there.
+        """
+        a, b = np.asarray(a, float).reshape(-1, 2), np.asarray(b, float).reshape(-1, 2)
+        at_a, at_b = self.environment.clearance(np.stack([a, b]))
+        need = np.minimum(need, at_a - _ROUNDING)
+        # Along a segment the room changes by no more than the way does.
+        found = (at_a + at_b - np.linalg.norm(b - a, axis=1)) / 2 >= need
+        doubtful = np.flatnonzero(~found & (at_b >= need))
+        found[doubtful] = self.room_along(a[doubtful], b[doubtful])[0] >= need[doubtful]
+        return found
 
     def near(self, points: ArrayLike, reach: float = REACH) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the pairs of a point of ``points`` (N, 2) and a place within ``reach`` [m]: two (K,) indices."""
@@ -314,8 +328,6 @@ def distances(a: ArrayLike, b: ArrayLike, points: ArrayLike) -> NDArray[np.float
     >>> distances([(0, 0), (0, 1)], [(2, 0), (0, 1)], [(1, 1), (3, 0)]).round(3).tolist()
     [[1.0, 1.0], [1.0, 3.162]]
     """
-    a, b, points = (np.asarray(each, float).reshape(-1, 2) for each in (a, b, points))
-    along, offset = (b - a)[:, None], points - a[:, None]
-    squared = np.maximum((along**2).sum(axis=2), 1e-18)
-    share = np.clip((along * offset).sum(axis=2) / squared, 0.0, 1.0)
-    return np.linalg.norm(offset - share[..., None] * along, axis=2)
+    from mobile_planning.fleet.distance_kernels import to_segments
+
+    return to_segments(*(np.ascontiguousarray(each, float).reshape(-1, 2) for each in (a, b, points)))

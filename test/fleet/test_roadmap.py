@@ -165,6 +165,21 @@ def test_distances_to_segments_agree_with_one_at_a_time():
     assert np.allclose(distances(a, b, points), [point_to_segment(points, *ends) for ends in zip(a, b)])
 
 
+def test_a_segment_has_room_where_all_its_places_have_it():
+    roadmap = Roadmap(wall_with_doors(0.0), RADIUS)
+    rng = np.random.default_rng(2)
+    a = rng.uniform((-3.5, -2.5), (3.5, 2.5), (400, 2))
+    b = a + rng.uniform(-0.7, 0.7, a.shape)
+    along = a + np.linspace(0.0, 1.0, 200)[:, None, None] * (b - a)
+    rooms = roadmap.environment.clearance(along)
+    # As much as there is at the start is enough.
+    lacking = np.minimum(RADIUS, rooms[0]) - rooms.min(axis=0)
+    has_room = roadmap.has_room(a, b, RADIUS)
+    assert has_room.sum() > 30 < (~has_room).sum()
+    # A corner between two samples may be missed by less than this.
+    assert (has_room == (lacking <= 1e-9))[np.abs(lacking) > 2e-3].all() and (lacking[has_room] < 2e-3).all()
+
+
 def test_places_beside_a_body_keep_the_gap_to_it_and_what_is_far_from_walls_needs_none():
     roadmap = Roadmap(wall_with_doors(0.0), RADIUS)
     assert len(roadmap.beside([((2.0, 0.0), RADIUS)], 0.035).places) == len(roadmap.places)
