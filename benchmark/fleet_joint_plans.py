@@ -2,7 +2,8 @@
 
 Every joint plan that the robots ask for in a mission is made again, alone, three times over: the least thread time
 counts, beside it the parts of it. A roadmap is made once for a map and the radii that are about, with what is in whose
-way there, and is not part of a plan's time. ``--all`` drives nothing, and plans once for all robots together from their starts.
+way there, and is not part of a plan's time. ``--all`` drives nothing, and plans once for all robots together from their
+starts.
 """
 import argparse
 import sys

@@ -15,7 +15,7 @@ from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.joint_message import JointPlan
-from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
 from mobile_planning.fleet.journey import Journey
 from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.message import Contracts, Mode, RobotMsg
@@ -338,7 +338,7 @@ class Agent:
             self.postscript = self._postscript(now)
             return messages
 
-    def take_request(self) -> JointRequest | None:
+    def take_request(self) -> JointRequest | GroundRequest | None:
         """Return the request for a joint plan that has fallen due in `step`, if any, once.
 
         ``request.plan()`` may be called in any thread, while the agent goes on; its answer goes to `propose`.

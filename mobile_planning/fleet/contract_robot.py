@@ -20,7 +20,7 @@ from mobile_planning.fleet.course import Course
 from mobile_planning.fleet.ground import Ground
 from mobile_planning.fleet.hold_up import HoldUp
 from mobile_planning.fleet.joint_message import JointPlan
-from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.motion import Motion, Section
@@ -192,7 +192,7 @@ class ContractRobot(Robot):
         self._in_force.now = now
         self.protocol.observe(seen, now, self.state(now)[:2])
 
-    def take_request(self) -> JointRequest | None:
+    def take_request(self) -> JointRequest | GroundRequest | None:
         return self._coordination.take_request()
 
     def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:

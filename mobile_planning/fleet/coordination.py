@@ -16,7 +16,7 @@ from mobile_planning.fleet.follower import Follower
 from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.joint_knowledge import JointKnowledge
 from mobile_planning.fleet.joint_message import JointPlan, JointStatus
-from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
 from mobile_planning.fleet.message import RobotMsg
 from mobile_planning.fleet.proposer import HOME, STALLED, Proposer
 from mobile_planning.world.environment import Environment
@@ -34,7 +34,7 @@ class Coordination:
     ----------
     robot_id, boot_epoch : int
     environment : Environment
-        The roadmap is made when a plan is first due, or by `prepare`.
+        Its roadmap is made by `prepare`, or asked for when it is needed.
     radius : float [m]
     v_max : float [m/s]
     reach : float [m], optional
@@ -55,7 +55,7 @@ class Coordination:
         self._id, self._boot = robot_id, boot_epoch
         self._knowledge = JointKnowledge(robot_id, reach)
         self._proposer = Proposer(robot_id, boot_epoch, environment, radius, v_max, self._knowledge)
-        self._request: JointRequest | None = None
+        self._request: JointRequest | GroundRequest | None = None
         self._goal: NDArray[np.float64] | None = None
         self._former: NDArray[np.float64] | None = None
         self._follower: Follower | None = None
@@ -169,8 +169,11 @@ class Coordination:
         self.status = self._status(0.0 if is_done or self._follower is not None else stalled)
         return said
 
-    def take_request(self) -> JointRequest | None:
-        """Return the request for a plan that has fallen due, if any, once; its answer goes to `propose`."""
+    def take_request(self) -> JointRequest | GroundRequest | None:
+        """Return the request for a plan that has fallen due, or for the ground that it takes, if any, once.
+
+        Its answer goes to `propose`.
+        """
         request, self._request = self._request, None
         return request
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
+from mobile_planning.fleet.joint_ground import GroundStore
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_plan import Member, plan_jointly
 from mobile_planning.fleet.roadmap import Roadmap
@@ -79,6 +80,27 @@ def standing_beside(discs: Iterable[tuple[ArrayLike, float]], members: Iterable[
         if key not in found and np.linalg.norm(ends - place, axis=1).min() > 0.5 * radius:
             found[key] = place, radius
     return tuple(found.values())
+
+
+@dataclass(frozen=True, eq=False)
+class GroundRequest:
+    """What has to be made before a joint plan can be thought of; it is asked for and answered like a plan.
+
+    Attributes
+    ----------
+    grounds : GroundStore
+    radii : (float, float) [m]
+    ids : tuple of int
+        Nobody is led anywhere.
+    """
+
+    grounds: GroundStore
+    radii: tuple[float, float]
+    ids: tuple[int, ...] = ()
+
+    def plan(self) -> None:
+        """Make the ground, in some ten milliseconds or more; no plan comes of it."""
+        self.grounds.make(self.radii)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.follower import Follower
+from mobile_planning.fleet.joint_ground import GroundStore, JointGround
 from mobile_planning.fleet.joint_knowledge import JointKnowledge
 from mobile_planning.fleet.joint_message import MAX_MEMBERS, MAX_MOVES, JointPlan
-from mobile_planning.fleet.joint_plan import WIDE, Member
-from mobile_planning.fleet.joint_request import Candidate, JointRequest, gather, standing_beside
-from mobile_planning.fleet.lanes import LaneFinder
+from mobile_planning.fleet.joint_plan import Member
+from mobile_planning.fleet.joint_request import Candidate, GroundRequest, JointRequest, gather, standing_beside
 from mobile_planning.fleet.message import Mode
-from mobile_planning.fleet.mouths import finer_at_mouths
-from mobile_planning.fleet.roadmap import Roadmap
 from mobile_planning.world.environment import Environment
 
 #: A plan that ends this near to the goal [m] leads home.
@@ -43,7 +40,7 @@ class Proposer:
     ----------
     robot_id, boot_epoch : int
     environment : Environment
-        The roadmap is made when a plan is first due, or by `prepare`.
+        Its roadmap is made by `prepare`, or asked for when it is needed.
     radius : float [m]
     v_max : float [m/s]
     knowledge : JointKnowledge
@@ -55,20 +52,19 @@ class Proposer:
         self._knowledge = knowledge
         self.enter(environment)
         self._level, self._asked, self._void = 0, 0, 0
-        self._proposed_at = self._void_at = self._look_at = self._requested_at = -np.inf
+        self._proposed_at = self._void_at = self._requested_at = -np.inf
         self._since: float | None = None
 
     def enter(self, environment: Environment) -> None:
         """Plan in another static world from now on."""
-        self._environment, self._is_contested = environment, False
-        self._roadmaps: dict[tuple, tuple[Roadmap, Roadmap]] = {}
-        self._lanes: LaneFinder | None = None
+        self._grounds, self._look_at = GroundStore(environment), -np.inf
+        self._is_contested = self._lacks_ground = False
 
     def prepare(self) -> None:
         """Make the roadmap now, from some ten milliseconds on, the larger the world the longer; and load kernels."""
         from mobile_planning.fleet import pebble_kernels  # noqa: F401
 
-        self._lane_finder()
+        self._grounds.make(self._radii)
 
     @property
     def is_about(self) -> bool:
@@ -92,8 +88,11 @@ class Proposer:
 
     def request(self, now: float, position: NDArray[np.float64], plan_end: NDArray[np.float64],
                 goal: NDArray[np.float64], is_done: bool, stalled: float,
-                standing: Sequence[tuple[ArrayLike, float]], own: Follower | None) -> JointRequest | None:
+                standing: Sequence[tuple[ArrayLike, float]], own: Follower | None
+                ) -> JointRequest | GroundRequest | None:
         """Return the request for a plan for all around if one is due at ``now`` [s]; each has an epoch of its own.
+
+        Where it takes a roadmap first to plan, or to see whether a plan is due, the request is for that.
 
         Parameters
         ----------
@@ -102,15 +101,20 @@ class Proposer:
         own : Follower or None
             The robot's part in the plan in force.
         """
-        if now - self._requested_at <= _PATIENCE or not self._is_due(now, plan_end, goal, is_done, stalled, own):
+        if now - self._requested_at <= _PATIENCE:
             return None
-        roadmap = self._roadmap()
-        if roadmap is None:
+        is_due = self._is_due(now, plan_end, goal, is_done, stalled, own)
+        if not self._grounds.knows(self._radii) and (is_due or self._lacks_ground):
+            self._requested_at = now
+            return GroundRequest(self._grounds, self._radii)
+        ground = self._ground
+        if not is_due or ground is None:
             return None
         self._level = self._level + 1 if now - self._proposed_at < _AGAIN else 0
         self._proposed_at = self._requested_at = now
-        candidates = self._candidates(now, plan_end)
-        candidates[self._id] = Candidate(plan_end, goal, self._radius, stalled, frozenset(self._uses(plan_end, goal)),
+        candidates = self._candidates(now, plan_end, ground.lanes)
+        uses = ground.lanes.uses(plan_end, goal, self._radius, self._v_max)
+        candidates[self._id] = Candidate(plan_end, goal, self._radius, stalled, frozenset(uses),
                                          frozenset() if own is None else frozenset(own.plan.members),
                                          float(np.linalg.norm(plan_end - position)))
         group, has_lane = gather(candidates, self._id, _GROUP * 2.0**self._level)
@@ -120,14 +124,14 @@ class Proposer:
                    for _, message in self._knowledge.standing(now, plan_end, without=ids)]
         self._asked = 1 + max(self._knowledge.epoch, self._asked)
         return JointRequest(
-            roadmap[1], self._id, self._boot, self._asked, ids,
+            ground.roadmap, self._id, self._boot, self._asked, ids,
             tuple(Member(each.end, each.goal, each.radius, each.stalled, each.lead) for each in members),
             standing_beside([*standing, *staying], members),
             MAX_MOVES if has_lane or self._level >= len(_HORIZONS) else _HORIZONS[self._level])
 
-    def _candidates(self, now, plan_end):
+    def _candidates(self, now, plan_end, lanes):
         """Return all within reach that can move, by id."""
-        lanes, found = self._lane_finder(), {}
+        found = {}
         for other, message in self._knowledge.around(now, plan_end).items():
             uses = lanes.uses(message.plan.end, message.goal, message.radius, message.v_max)
             found[other] = Candidate(message.plan.end, message.goal, message.radius, message.joint.stalled,
@@ -161,46 +165,38 @@ class Proposer:
             return False
         if stalled >= STALLED:
             return True
-        if now >= self._look_at and (self._environment.obstacles or self._environment.grid is not None):
+        world = self._grounds.environment
+        if now >= self._look_at and (world.obstacles or world.grid is not None):
+            ground = self._ground
+            self._lacks_ground = ground is None
+            if ground is None:
+                return False
             self._look_at = now + _LOOK_EVERY
-            self._is_contested = self._meets_somebody(now, plan_end, goal)
+            self._is_contested = self._meets_somebody(now, plan_end, goal, ground.lanes)
         return self._is_contested
 
-    def _meets_somebody(self, now, plan_end, goal):
+    def _meets_somebody(self, now, plan_end, goal, lanes):
         """Whether somebody comes against this robot in a lane."""
-        own = self._uses(plan_end, goal)
+        own = lanes.uses(plan_end, goal, self._radius, self._v_max)
         if not own:
             return False
         for message in self._knowledge.around(now, plan_end).values():
             if message.mode is Mode.DONE:
                 continue
-            theirs = self._lane_finder().uses(message.plan.end, message.goal, message.radius, message.v_max)
+            theirs = lanes.uses(message.plan.end, message.goal, message.radius, message.v_max)
             if any(lane in theirs and use.meets(theirs[lane]) for lane, use in own.items()):
                 return True
         return False
 
     # Where
 
-    def _uses(self, plan_end, goal):
-        """Return how this robot uses the lanes on its way."""
-        lanes = self._lane_finder()
-        return {} if lanes is None else lanes.uses(plan_end, goal, self._radius, self._v_max)
-
-    def _roadmap(self):
-        """Return the roadmap for all that are about, and the one for plans; None where the world has no extent."""
+    @property
+    def _radii(self) -> tuple[float, float]:
+        """Radii [m] of the smallest and the largest that are about."""
         radii = [self._radius, *self._knowledge.radii]
-        key = min(radii), max(radii)
-        if key not in self._roadmaps:
-            try:
-                roadmap = Roadmap(self._environment, *key)
-                self._roadmaps[key] = roadmap, finer_at_mouths(roadmap, 2 * roadmap.widest + WIDE)
-            except PlanningError:
-                return None
-        return self._roadmaps[key]
+        return min(radii), max(radii)
 
-    def _lane_finder(self):
-        """Return what finds lanes for bodies like this one; None where the world has no extent."""
-        roadmap = self._roadmap()
-        if roadmap is not None and (self._lanes is None or self._lanes.roadmap is not roadmap[0]):
-            self._lanes = LaneFinder(roadmap[0])
-        return self._lanes
+    @property
+    def _ground(self) -> JointGround | None:
+        """The ground for all that are about; None where it is not made yet, or the world has no extent."""
+        return self._grounds.get(self._radii)

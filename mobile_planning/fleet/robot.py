@@ -18,7 +18,7 @@ from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.hold_up import HoldUp
 from mobile_planning.fleet.joint_message import JointPlan
-from mobile_planning.fleet.joint_request import JointRequest
+from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
 from mobile_planning.fleet.orders import Orders
@@ -214,9 +214,10 @@ class Robot(ABC):
     def commit(self, section: Any, now: float) -> list[Message]:
         """Put in force at ``now`` [s] what may be of a planned section; return the messages for all peers."""
 
-    def take_request(self) -> JointRequest | None:
-        """Return the request for a joint plan that has fallen due in `commit`, if any, once.
+    def take_request(self) -> JointRequest | GroundRequest | None:
+        """Return the request for a joint plan that has fallen due in `commit`, or for the roadmap that it takes, once.
 
+        None if there is none.
         ``request.plan()`` takes some ten milliseconds or more and touches nothing of the robot: it can be called in
         another thread, while the robot goes on. Its answer goes to `propose`; until then no other plan falls due.
         """

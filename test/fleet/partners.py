@@ -34,4 +34,5 @@ def coordination(robot_id=2, others=(), now=0.0, environment=None):
     own = Coordination(robot_id, environment or Environment(Boundary((-5, 5), (-5, 5))), RADIUS, 1.0)
     for other in others:
         own.hear(other, now)
+    own.prepare()
     return own

@@ -1,4 +1,6 @@
 """Who proposes a joint plan and when, with messages passed by hand."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joint_plans import WAYS, joint_plan
@@ -7,6 +9,7 @@ from partners import CYCLE, coordination, doorway, message
 from mobile_planning import Boundary, Environment
 from mobile_planning.fleet.joint_message import MAX_MOVES, JointStatus
 from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.roadmap import Roadmap
 
 
 def test_nobody_proposes_as_long_as_there_is_progress():
@@ -125,12 +128,42 @@ def test_what_comes_of_a_request_made_before_is_dropped_and_the_next_is_taken(en
                 own.leave()
         own.update(now, (0, 0), (0, 0), goal, False, 2.0 + now)
         request = own.take_request()
+        if request is not None and not request.ids:
+            own.propose(request.plan(), now)
+            request = None
         late += [request] if request is not None else []
     before, after = late
     assert (after.roadmap is before.roadmap) == (end != 'it is in another world')
     assert own.propose(before.plan(), 4.0) == [] and not own.is_following
     said = own.propose(after.plan(), 4.25)
     assert len(said) == 1 and own.is_following and said[0].version > (before.epoch, -2)
+
+
+@pytest.mark.parametrize('stalled', [0.0, 2.0])
+@pytest.mark.parametrize('new', ['world', 'radius'])
+def test_a_roadmap_is_made_where_plans_are_and_never_in_a_cycle(new, stalled, monkeypatch):
+    own, made = coordination(1, environment=doorway()), []
+
+    def plain(*args):
+        made.append(args)
+        return Roadmap(*args)
+
+    monkeypatch.setattr('mobile_planning.fleet.joint_ground.Roadmap', plain)
+    if new == 'world':
+        own.enter(doorway())
+    asked = []
+    for now in np.arange(0.0, 2.0, CYCLE):
+        other = message(2, (1, 0), (-1, 0))
+        own.hear(replace(other, radius=0.25) if new == 'radius' else other, now)
+        before = len(made)
+        own.update(now, (-1, 0), (-1, 0), (1, 0), False, stalled)
+        assert len(made) == before
+        request = own.take_request()
+        if request is not None:
+            asked.append(request.ids)
+            own.propose(request.plan(), now)
+    # First the ground, then the plan of the two that come against each other in the door.
+    assert asked == [(), (1, 2)] and len(made) == 1
 
 
 def test_a_plan_of_another_that_leads_to_the_goal_this_robot_had_before_is_not_followed_and_they_hear_of_it():

@@ -1,0 +1,78 @@
+"""Joint ground: the roadmap on which robots of some radii plan jointly, and its lanes.
+
+It takes from ten to some hundred milliseconds to make: too long for a cycle, so it is asked for like a joint plan.
+"""
+from __future__ import annotations
+
+from mobile_planning.errors import PlanningError
+from mobile_planning.fleet.joint_plan import WIDE
+from mobile_planning.fleet.lanes import LaneFinder
+from mobile_planning.fleet.mouths import finer_at_mouths
+from mobile_planning.fleet.roadmap import Roadmap
+from mobile_planning.world.environment import Environment
+
+
+class JointGround:
+    """A static world, as robots of some radii plan jointly in it.
+
+    Parameters
+    ----------
+    environment : Environment
+    least, most : float [m]
+        Radii of the smallest and of the largest body.
+
+    Attributes
+    ----------
+    lanes : LaneFinder
+    roadmap : Roadmap
+        For plans, with more places at the mouths of the lanes.
+
+    Raises
+    ------
+    InvalidInput
+        If the world has no extent.
+    """
+
+    def __init__(self, environment: Environment, least: float, most: float):
+        roadmap = Roadmap(environment, least, most)
+        self.lanes = LaneFinder(roadmap)
+        self.roadmap = finer_at_mouths(roadmap, 2 * roadmap.widest + WIDE)
+
+
+class GroundStore:
+    """The grounds of one static world, by the least and the greatest radius; a world without extent has none.
+
+    One thread may `make` them while another asks.
+
+    Examples
+    --------
+    >>> from mobile_planning import Boundary
+    >>> grounds = GroundStore(Environment(Boundary((0, 3), (0, 2))))
+    >>> grounds.knows((0.2, 0.2)), grounds.get((0.2, 0.2))
+    (False, None)
+    >>> grounds.make((0.2, 0.2))
+    >>> grounds.knows((0.2, 0.2)), len(grounds.get((0.2, 0.2)).roadmap.places)
+    (True, 22)
+    """
+
+    def __init__(self, environment: Environment):
+        self.environment = environment
+        self._made: dict[tuple[float, float], JointGround | None] = {}
+
+    def knows(self, radii: tuple[float, float]) -> bool:
+        """Return whether the ground for bodies of these ``radii`` [m] was made, or cannot be."""
+        return radii in self._made
+
+    def get(self, radii: tuple[float, float]) -> JointGround | None:
+        """Return the ground for bodies of these ``radii`` [m], None if there is none; this takes no time."""
+        return self._made.get(radii)
+
+    def make(self, radii: tuple[float, float]) -> None:
+        """Make the ground for bodies of these ``radii`` [m] if it is not known."""
+        if radii in self._made:
+            return
+        try:
+            ground = JointGround(self.environment, *radii)
+        except PlanningError:
+            ground = None
+        self._made[radii] = ground
