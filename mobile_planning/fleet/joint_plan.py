@@ -90,12 +90,12 @@ def plan_jointly(roadmap: Roadmap, members: Sequence[Member], rng: np.random.Gen
     members : sequence of Member
     rng : numpy.random.Generator
     standing : sequence of ((2,) array_like [m], float [m])
-        Places and radii of those who will not move.
+        Places and radii of those who will not move: they are passed like walls.
     horizon : int, optional
         Steps after which the ways end; by default they are whole.
     """
     urgency, radii, leads = ([getattr(member, name) for member in members] for name in ('urgency', 'radius', 'lead'))
-    roadmap = roadmap.beside(standing, GAP)
+    roadmap = roadmap.beside(standing, TIGHT)
     instance, places = make_instance(roadmap, members, standing, WIDE)
 
     def times(steps):
@@ -206,7 +206,7 @@ def _avoid(usable, places, edges, starts, radii, base, standing):
     discs, wide = np.array([place for place, _ in standing], float), np.array([radius for _, radius in standing])
     gaps = distances(places[edges[:, 0]], places[edges[:, 1]], discs)
     for i, radius in enumerate(radii):
-        need = np.tile(radius + wide + GAP, (len(edges), 1))
+        need = np.tile(radius + wide + TIGHT, (len(edges), 1))
         leaving = (edges == base + i).any(axis=1)
         need[leaving] = np.minimum(need[leaving], np.linalg.norm(discs - starts[i], axis=1) - _SHRINK)
         usable[i] &= (gaps >= need).all(axis=1)

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.joint_ground import GroundStore
 from mobile_planning.fleet.joint_message import JointPlan
-from mobile_planning.fleet.joint_plan import Member, plan_jointly
-from mobile_planning.fleet.roadmap import Roadmap
+from mobile_planning.fleet.joint_plan import GAP, Member, plan_jointly
+from mobile_planning.fleet.roadmap import TIGHT, Roadmap
 
 
 #: Steps of a plan that can be told in any case, but for very many robots.
@@ -69,17 +69,27 @@ def gather(candidates: Mapping[int, Candidate], robot_id: int, reach: float) -> 
         group |= more
 
 
-def standing_beside(discs: Iterable[tuple[ArrayLike, float]], members: Iterable[Candidate]
-                    ) -> tuple[tuple[NDArray[np.float64], float], ...]:
-    """Return the places (2,) [m] and radii [m] of ``discs`` without those that are members: they stand no more."""
-    ends, found = np.array([member.end for member in members]), {}
-    for place, radius in discs:
+def standing_beside(discs: Iterable[tuple[ArrayLike, float]], staying: Iterable[tuple[ArrayLike, float]],
+                    members: Iterable[Candidate]) -> tuple[tuple[NDArray[np.float64], float], ...]:
+    """Return the places (2,) [m] and radii [m] of all that will not move, without those that are members.
+
+    Parameters
+    ----------
+    discs : iterable of ((2,) array_like [m], float [m])
+        Those that nobody has a contract with any more.
+    staying : iterable of ((2,) array_like [m], float [m])
+        Those whose contracts stand: their radii come back larger, for the lines between.
+    members : iterable of Candidate
+    """
+    ends, found = [np.asarray(member.end, float) for member in members], []
+    wider = ((place, radius, GAP - TIGHT) for place, radius in staying)
+    for place, radius, more in (*((place, radius, 0.0) for place, radius in discs), *wider):
         place = np.asarray(place, float)
         # One and the same body may be known twice.
-        key = *place.round(3).tolist(), radius
-        if key not in found and np.linalg.norm(ends - place, axis=1).min() > 0.5 * radius:
-            found[key] = place, radius
-    return tuple(found.values())
+        taken = [*ends, *(other for other, _ in found)]
+        if not taken or np.linalg.norm(np.array(taken) - place, axis=1).min() > 0.5 * radius:
+            found.append((place, radius + more))
+    return tuple(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +124,7 @@ class JointRequest:
     ids : tuple of int
     members : tuple of Member
     standing : tuple of ((2,) array_like [m], float [m])
-        Places and radii of those who will not move.
+        Places and radii of those who will not move, see `standing_beside`.
     horizon : int
         Steps.
     """

@@ -126,7 +126,7 @@ class Proposer:
         return JointRequest(
             ground.roadmap, self._id, self._boot, self._asked, ids,
             tuple(Member(each.end, each.goal, each.radius, each.stalled, each.lead) for each in members),
-            standing_beside([*standing, *staying], members),
+            standing_beside(standing, staying, members),
             MAX_MOVES if has_lane or self._level >= len(_HORIZONS) else _HORIZONS[self._level])
 
     def _candidates(self, now, plan_end, lanes):

@@ -12,6 +12,7 @@ from mobile_planning.fleet.guidance import Guidance
 from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.message import Link, LinkMode, Mode
 from mobile_planning.fleet.report import Waiting
+from mobile_planning.fleet.roadmap import TIGHT
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.vehicle import Vehicle
 from mobile_planning.world.environment import Environment
@@ -81,6 +82,8 @@ def is_cut_off(place: ArrayLike, goal: ArrayLike, radius: float, bodies: Sequenc
                environment: Environment) -> bool:
     """Return whether ``bodies``, discs at rest (place (2,) and radius [m]), leave a disc no way to its goal.
 
+    A way leaves the room beside them without which no joint plan leads past.
+
     Examples
     --------
     >>> from mobile_planning import Boundary
@@ -90,10 +93,12 @@ def is_cut_off(place: ArrayLike, goal: ArrayLike, radius: float, bodies: Sequenc
     """
     if not bodies:
         return False
-    if any(np.linalg.norm(np.subtract(goal, body)) < radius + size for body, size in bodies):
+    at_goal = [float(np.linalg.norm(np.subtract(goal, body))) - radius - size for body, size in bodies]
+    if min(at_goal) < 0.0:
         return True
-    around = Environment(environment.boundary, [*environment.obstacles, *(RoundObstacle(*body) for body in bodies)],
-                         environment.grid)
+    # Whoever has a goal nearer than that gets there on its own.
+    discs = [RoundObstacle(body, size + min(TIGHT, room)) for (body, size), room in zip(bodies, at_goal)]
+    around = Environment(environment.boundary, [*environment.obstacles, *discs], environment.grid)
     try:
         Guidance(around, goal, radius, v_max=1.0).path(place)
     except NoPath:

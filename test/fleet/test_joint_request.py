@@ -20,11 +20,14 @@ def test_a_group_takes_in_partners_and_users_of_a_lane_and_theirs():
 
 def test_a_member_that_rested_so_far_is_no_obstacle():
     member = Candidate(np.array((1.0, 1.0)), np.zeros(2), RADIUS)
-    kept = standing_beside([((1.0, 1.05), RADIUS), ((2.0, 1.0), RADIUS)], [member])
+    kept = standing_beside([((1.0, 1.05), RADIUS), ((2.0, 1.0), RADIUS)], [], [member])
     assert [place.tolist() for place, _ in kept] == [[2.0, 1.0]]
 
 
 def test_a_body_that_is_known_twice_stands_once():
-    kept = standing_beside([((2.0, 1.0), RADIUS), ((2.0, 1.0001), RADIUS), ((2.0, 2.0), RADIUS)],
+    kept = standing_beside([((2.0, 1.0), RADIUS), ((2.0, 1.0001), RADIUS)],
+                           [((2.0, 1.0001), RADIUS), ((2.0, 2.0), RADIUS)],
                            [Candidate(np.zeros(2), np.zeros(2), RADIUS)])
     assert [place.tolist() for place, _ in kept] == [[2.0, 1.0], [2.0, 2.0]]
+    # Between two whose contracts stand there is a line that leaves room on both sides.
+    assert kept[0][1] == RADIUS < kept[1][1]

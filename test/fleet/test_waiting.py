@@ -2,11 +2,16 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from missions import SWAP, mission, robot
 from mobile_planning import PolygonObstacle, RoundObstacle
 from mobile_planning.fleet.channel import Cut
 from mobile_planning.fleet.faults import Faults, Join, Kill
+from mobile_planning.fleet.joint_plan import Member, plan_jointly
+from mobile_planning.fleet.kinematics import UnicycleKineModel
+from mobile_planning.fleet.roadmap import Roadmap
+from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.waiting import is_cut_off
 from mobile_planning.world.environment import Boundary, Environment
 
@@ -52,6 +57,39 @@ def test_who_is_cut_off_by_the_dead_says_so():
     (waiting,) = report.waiting
     assert waiting.robot == 2 and waiting.is_cut_off and 'cut off from its goal by the dead' in str(waiting)
     assert report.violations == []
+
+
+def past_a_body(room):
+    """Return a corridor, and a body in it that leaves others ``room`` [m] more than they are wide."""
+    corridor = Environment(Boundary((-4, 4), (-0.5, 0.5)))
+    return corridor, (np.array((0.013, 0.5 - 3 * 0.205 - room)), 0.205)
+
+
+@pytest.mark.parametrize('room', [0.0, 0.01, 0.02, 0.03, 0.036, 0.042, 0.05, 0.06])
+def test_where_the_dead_leave_a_way_a_joint_plan_finds_it(room):
+    corridor, body = past_a_body(room)
+    member = Member((-2.5, 0.0), (2.5, 0.0), 0.205)
+    ways = plan_jointly(Roadmap(corridor, 0.205), [member], np.random.default_rng(0), [body])
+    leads_home = np.allclose(ways.ways[0][-1], member.goal)
+    assert leads_home or is_cut_off(member.start, member.goal, member.radius, [body], corridor)
+    if room <= 0.01:
+        assert not leads_home
+    if room >= 0.05:
+        assert not is_cut_off(member.start, member.goal, member.radius, [body], corridor)
+
+
+def test_a_robot_drives_past_the_dead_as_close_as_joint_plans_lead():
+    corridor, body = past_a_body(0.034)
+    member = Member((-2.5, 0.0), (2.5, 0.0), 0.205)
+    own = Robot(1, UnicycleKineModel((-2.5, 0.0, 0.0), (2.5, 0.0, 0.0)), (), corridor.boundary, [2], rho=0.2)
+    own.start([1, 2], 0.5, {2: body})
+    assert own.limits.radius == pytest.approx(member.radius)
+    now = 0.0
+    while now < 25.0 and not own.is_done:
+        own.observe({2: (body[0], 0.0)}, now)
+        own.step(now)
+        now += own.cycle
+    assert own.is_done
 
 
 def test_a_paused_robot_is_called_so_and_where():
