@@ -14,7 +14,7 @@ from mobile_planning.fleet.pebbles import Instance, Steps
 #: Searches in all, how many of them are bettered, and robots times configurations that they may look at.
 _SEARCHES, _BETTERED, _WORK = 10, 3, 4000
 #: Tries to better some moves, and places and times that one of them looks at, and all of them.
-_TRIES, _LOOKED_AT, _ALL = 80, 20000, 100_000
+_TRIES, _LOOKED_AT, _ALL = 80, 20000, 70_000
 #: Share of the tries with robots at random; in the others one chooses before so many that were home before it.
 _AT_RANDOM, _OVERTAKEN = 0.5, 5
 #: One step in so many is added in which nobody moves.
