@@ -355,8 +355,7 @@ class Agent:
 
     def _hand_over(self):
         """Let the plan in force be driven, if it is new."""
-        if self.method == 'contracts':
-            self.robot.forget(_KEPT)
+        self.robot.forget(_KEPT)
         solution = self.robot.sol
         if solution.plans[-1] is not self._driven:
             self._driven = solution.plans[-1]

@@ -25,6 +25,7 @@ from mobile_planning.fleet.intention import Intention, SectionRecord
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.message import Contracts, Death, Mode, RobotMsg
+from mobile_planning.fleet.plan_record import leave_out
 from mobile_planning.fleet.proved_sections import ProvedSections
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.section import Limits
@@ -78,6 +79,7 @@ class HorizonRobot(Robot):
     Attributes
     ----------
     sections : list of SectionRecord
+        The newest; see `forget`.
 
     Raises
     ------
@@ -286,6 +288,10 @@ class HorizonRobot(Robot):
 
     def observe(self, seen: Mapping[int, tuple[NDArray, float]], now: float) -> None:
         """Take in what a presence sensor sees: nothing, this robot has none."""
+
+    def forget(self, most: int) -> None:
+        super().forget(most)
+        leave_out(self.sections, most)
 
     # What can be asked
 

@@ -34,13 +34,11 @@ class PlanRecord:
         return self._forgotten + len(self._plans)
 
     def forget(self, most: int) -> None:
-        """Leave out the oldest quarter and more, once there are more than ``most`` plans."""
-        if len(self._plans) <= most:
-            return
-        left_out = len(self._plans) - 3 * most // 4
-        self._forgotten += left_out
-        del self._plans[:left_out], self._commits[:left_out]
-        del self.section_times[:max(0, len(self.section_times) - most)]
+        """Leave out the oldest quarter and more, once there are more than ``most`` plans; of sections likewise."""
+        before = len(self._plans)
+        for kept in self._plans, self._commits, self.section_times:
+            leave_out(kept, most)
+        self._forgotten += before - len(self._plans)
 
     @property
     def newest(self) -> Plan:
@@ -73,3 +71,18 @@ class PlanRecord:
         """Return it as what the robot ``robot_id`` answers for."""
         return Solution(robot_id, tuple(self._plans), is_done, tuple(self.section_times),
                         commits=tuple(self._commits))
+
+
+def leave_out(kept: list, most: int) -> None:
+    """Leave the oldest quarter and more out of a list, once it is longer than ``most``.
+
+    Examples
+    --------
+    >>> times = [0.1, 0.2, 0.3, 0.4, 0.5]
+    >>> leave_out(times, 5)
+    >>> leave_out(times, 4)
+    >>> times
+    [0.3, 0.4, 0.5]
+    """
+    if len(kept) > most:
+        del kept[:len(kept) - 3 * most // 4]

@@ -268,7 +268,7 @@ class Robot(ABC):
         return self.k_mod.q_final.copy()
 
     def forget(self, most: int) -> None:
-        """Leave out of ``sol`` the oldest of more than ``most`` plans, as the robot drives for hours."""
+        """Leave out of ``sol`` the oldest of more than ``most`` plans and sections, as the robot drives for hours."""
         self._motion.record.forget(most)
 
     def distance_left(self, now: float) -> float:

@@ -53,6 +53,15 @@ def test_another_goal_is_driven_to_from_wherever_the_robot_is(at):
     assert faults(one, [goal]) == []
 
 
+def test_what_is_kept_of_a_long_drive_has_a_bound_and_the_robot_drives_on():
+    one = alone(goal=(4, 3, 0.0))
+    for now in np.arange(0.0, 8.0, CYCLE):
+        one.step(now + 0.002)
+        one.forget(4)
+        assert len(one.sol.plans) <= 4 and len(one.sections) == len(one.ctime) <= 4
+    assert one.is_done and one.sol.plans[0].first_knot > 0 and one.sections
+
+
 @pytest.mark.parametrize('goal, error', [((20, 3, 0), GoalOutside), ((0.1, 3, 0), GoalOccupied), ((1, 2), InvalidInput),
                                          ((np.nan, 1, 0), InvalidInput)])
 def test_a_goal_that_cannot_be_is_refused_and_the_old_one_stands(goal, error):
