@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.tracking import driven
 
+#: While its speeds change the base drives on arcs of so long [s] at most.
+_FINE = 0.005
+
 
 @dataclass(frozen=True)
 class BaseOptions:
@@ -58,8 +61,8 @@ class SimulatedBase:
     --------
     >>> base = SimulatedBase((0, 0, 0), BaseOptions(a_max=2.0))
     >>> base.drive((1.0, 0.0), 0.25)
-    >>> base.speeds.tolist(), base.pose.round(6).tolist()
-    ([0.5, 0.0], [0.125, 0.0, 0.0])
+    >>> base.speeds.round(6).tolist(), base.pose.round(6).tolist()
+    ([0.5, 0.0], [0.0625, 0.0, 0.0])
     """
 
     def __init__(self, pose: ArrayLike, options: BaseOptions = BaseOptions(), seed: int = 0):
@@ -67,13 +70,22 @@ class SimulatedBase:
         self._options, self._rng = options, np.random.default_rng(seed)
 
     def drive(self, command: ArrayLike, duration: float) -> None:
-        """Drive for ``duration`` [s], with the speeds that come nearest to the ``command`` (v, omega)."""
-        most = np.array([self._options.a_max, self._options.alpha_max]) * duration
-        self.speeds = self.speeds + np.clip(np.asarray(command, float) - self.speeds, -most, most)
-        real = self.speeds
-        if self._options.slip:
-            real = real * (1.0 + self._options.slip * self._rng.standard_normal(2))
-        self.pose = driven(self.pose, real, duration)
+        """Drive for ``duration`` [s], at speeds that go to the ``command`` (v, omega) as fast as they may change."""
+        if not duration > 0.0:
+            return
+        grip = 1.0 + self._options.slip * self._rng.standard_normal(2) if self._options.slip else np.ones(2)
+        command, is_steady = np.asarray(command, float), np.isinf([self._options.a_max, self._options.alpha_max]).all()
+        parts = 1 if is_steady or np.array_equal(self.speeds, command) else int(np.ceil(duration / _FINE))
+        for _ in range(parts):
+            self.pose = driven(self.pose, grip * self._mean_speeds(command, duration / parts), duration / parts)
+
+    def _mean_speeds(self, command, duration):
+        """Let the speeds change for ``duration`` [s], and return their means (2,) meanwhile."""
+        before, rate = self.speeds, np.array([self._options.a_max, self._options.alpha_max])
+        change = np.clip(command - before, -rate * duration, rate * duration)
+        # It ends at the command itself, not beside it by rounding.
+        self.speeds = np.where(np.abs(command - before) <= rate * duration, command, before + change)
+        return self.speeds - change * (np.abs(change) / rate) / (2 * duration)
 
     def measured(self) -> NDArray[np.float64]:
         """Return the pose (3,) [m, m, rad] as a localisation would give it."""

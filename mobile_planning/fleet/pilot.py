@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.tracking import Tracker, driven
+from mobile_planning.geometry import wrap_angle
 
 #: Plans beside the newest that may still be driven, and commands that are remembered.
 _PLANS, _COMMANDS = 4, 256
@@ -134,13 +135,24 @@ class Pilot:
         is_tracking = drift <= self._most_drift
         if is_tracking:
             # What is commanded now holds for the whole period: the speeds are those in its middle.
-            reference = self.reference(now)
-            reference[3:] = self.reference(now + period / 2)[3:]
+            reference, middle = self.reference(now), now + period / 2
+            reference[3:] = self.reference(middle)[3], self._turn_rate(middle)
             command = self._tracker.command(reference, pose)
         command = self._tracker.eased(command, self._commands[-1][1] if self._commands else np.zeros(2), period)
         self._commands.append((now, command))
         self.status = PilotStatus(self._worst.error, fix[2], drift, now - fix[1], is_tracking)
         return command
+
+    def _turn_rate(self, time):
+        """Return the turn rate [rad/s] about ``time`` [s] by the plans, as a drive can follow it.
+
+        Plans begin and end to turn at once. A drive that begins as much earlier as it ends later has turned as far.
+        """
+        window = self._tracker.window
+        if not window:
+            return self.reference(time)[4]
+        before, after = (self.reference(time + side * window / 2)[2] for side in (-1, 1))
+        return wrap_angle(after - before) / window
 
     def _reckoned(self, fix, now):
         """Return the pose (3,) at ``now`` by what was commanded since the fix, and the length of that way [m]."""

@@ -63,6 +63,11 @@ class Tracker:
             if not (value > 0.0 and (value < np.inf or name in ('a_max', 'alpha_max'))):
                 raise InvalidInput(f'{name} of the tracking law is {value}, not positive and finite')
 
+    @property
+    def window(self) -> float:
+        """Time [s] that the drive takes for a jump of the turn rate, as far as a heading tells how far it turned."""
+        return min(self.omega_max / self.alpha_max, 2.0 / self.omega_max)
+
     def command(self, reference: ArrayLike, pose: ArrayLike) -> NDArray[np.float64]:
         """Return the speeds (v, omega) [m/s, rad/s] to drive at.
 

@@ -17,13 +17,17 @@ from mobile_planning.world.environment import Boundary
 
 #: By so much the robot turns before it sets out [rad]: which is worst depends on how turns fit into spans.
 _TURNS = 0.9, 1.3, 1.8, 2.2, 2.6, 3.1
+#: And so is when commands come, as shares of the time between two, before a plan begins.
+_PHASES = 0.0, 1 / 3, 2 / 3
+#: The body is looked at so often at least [s], whenever its commands come.
+_FINE = 0.01
 
 
 def worst_lag(tracker: Tracker, u_max: tuple[float, float], a_max: tuple[float, float], Tc: float,
               period: float) -> float:
     """Return how far [m] a body comes off its plans where it turns in place and sets out, tried in simulation.
 
-    The base follows its commands at once, up to the greatest accelerations of the ``tracker``.
+    The base changes its speeds steadily, by the greatest accelerations of the ``tracker``.
 
     Parameters
     ----------
@@ -43,22 +47,39 @@ def worst_lag(tracker: Tracker, u_max: tuple[float, float], a_max: tuple[float, 
     >>> [worst_lag(tracker, (1.0, 5.0), (2.0, 10.0), 0.25, 0.05) < 0.015 for tracker in (sharp, slow)]
     [True, False]
     """
-    return max(lag(_set_out(turn, u_max, a_max, Tc), tracker, period) for turn in _TURNS)
+    solutions = [_set_out(turn, u_max, a_max, Tc) for turn in _TURNS]
+    return max(lag(solution, tracker, period, phase) for solution in solutions for phase in _PHASES)
 
 
-def lag(solution: Solution, tracker: Tracker, period: float) -> float:
-    """Return the greatest distance [m] of a body from where its plans have it, if it drives them."""
-    first, *later = solution.plans
+def lag(solution: Solution, tracker: Tracker, period: float, phase: float = 0.0) -> float:
+    """Return the greatest distance [m] of a body from where its plans have it, at any time, if it drives them.
+
+    Parameters
+    ----------
+    solution : Solution
+        Each plan is known from its commit on.
+    tracker : Tracker
+    period : float [s]
+        Between commands.
+    phase : float
+        By which share of the period the first command comes before the first knot.
+    """
+    first = solution.plans[0]
+    later = list(zip(solution.plans, solution.commits))[1:]
     begin = first.first_knot * first.step
     pilot, base = Pilot(tracker, first), SimulatedBase(first.state(begin)[:3],
                                                        BaseOptions(tracker.a_max, tracker.alpha_max))
+    parts = np.linspace(0.0, period, int(np.ceil(period / _FINE)) + 1)
     worst = 0.0
-    for now in np.arange(begin, solution.end + 0.5, period):
-        while later and later[0].first_knot * later[0].step <= now + period:
-            pilot.follow(later.pop(0))
+    for now in np.arange(begin - phase * period, solution.end + 0.5, period):
+        # With which a process was switched on, a plan has no commit.
+        while later and not later[0][1] > now:
+            pilot.follow(later.pop(0)[0])
         pilot.localise(base.pose, now)
-        base.drive(pilot.command(now, period), period)
-        worst = max(worst, float(np.linalg.norm(base.pose[:2] - pilot.reference(now + period)[:2])))
+        command = pilot.command(now, period)
+        for passed in parts[1:]:
+            base.drive(command, parts[1])
+            worst = max(worst, float(np.linalg.norm(base.pose[:2] - pilot.reference(now + passed)[:2])))
     return worst
 
 
