@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput, PlanningError
@@ -17,7 +18,7 @@ from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
 from mobile_planning.fleet.journey import Journey
-from mobile_planning.fleet.logbook import Entry
+from mobile_planning.fleet.logbook import Entry, Logbook
 from mobile_planning.fleet.message import Contracts, Mode, RobotMsg
 from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.premises import Premises
@@ -34,6 +35,8 @@ _UNKNOWN = 0.1
 _APART = 0.012
 #: Plans that a robot keeps for the judge: at four a second those of half an hour.
 _KEPT = 8000
+#: Starts of missions that are told apart by less [s] are those of one.
+_ONE = 1e-3
 
 
 class Agent:
@@ -54,6 +57,8 @@ class Agent:
         On the common clock of the robots.
     drive : callable, optional
         Called with each plan that is put in force, before anybody is told of it.
+    book : Logbook, optional
+        Of the robot; what the processes before have written into it is gone on from.
     is_placed : bool
         Whether the body is where the scene says; else the robot waits for `place`.
     **options
@@ -77,11 +82,13 @@ class Agent:
     """
 
     def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, *,
-                 drive: Callable[[Entry], None] = lambda entry: None, is_placed: bool = True, **options):
+                 drive: Callable[[Entry], None] = lambda entry: None, book: Logbook = Logbook(),
+                 is_placed: bool = True, **options):
         self._premises = Premises(scene, robot_id, is_placed, **options)
         self.robot: Robot | None = None
         self.epoch, self._id, self._drive = int(epoch), robot_id, drive
         self.journey, self.postscript = Journey(robot_id, scene.errands()), Postscript()
+        self._book, self._past, self._stages, self._written = book, book.read(), book.stages(), None
         self._mission: Announcement | None = None
         self._reception, self._turn = Reception(robot_id), threading.RLock()
         self._driven, self._is_stopped = None, False
@@ -120,8 +127,13 @@ class Agent:
 
     @property
     def solution(self) -> Solution:
-        """What this process has driven, and the goals that it was given; there must be a robot."""
-        return self.journey.solution(self.robot)
+        """What the body has driven under all processes, and the goals that it was given; there must be a robot."""
+        if not np.isnan(self.robot.sol.commits[0]):
+            # Older ones have been left out since: what came before them does not join on.
+            return self.journey.solution(self.robot)
+        begun = sum(entry.plan.first_knot * entry.plan.step <= self.mission_start for entry in self._past)
+        # What it drove in other missions is none of this one's.
+        return self.journey.solution(self.robot, self._past[max(begun - 1, 0):])
 
     @property
     def mission_start(self) -> float:
@@ -262,6 +274,7 @@ class Agent:
             if self.robot is None:
                 raise InvalidInput(f'robot {self._id} takes no goal yet: {self.trouble}')
             self.journey.set_goals(self.robot, goals, how, now)
+            self._note_stage()
             self.release('goal withdrawn', now)
             return self.journey.orders
 
@@ -277,6 +290,7 @@ class Agent:
             if self.robot is None:
                 raise InvalidInput(f'robot {self._id} takes no path yet: {self.trouble}')
             self.journey.follow_path(self.robot, poses, now)
+            self._note_stage()
             self.release('goal withdrawn', now)
 
     def withdraw(self, order: int, now: float) -> None:
@@ -334,6 +348,7 @@ class Agent:
             messages = self.robot.commit(section, now)
             self._hand_over()
             self.journey.go_on(self.robot, now, self.mission_start)
+            self._note_stage()
             self._world_trouble = self.robot.world_trouble
             self.postscript = self._postscript(now)
             return messages
@@ -359,7 +374,23 @@ class Agent:
         solution = self.robot.sol
         if solution.plans[-1] is not self._driven:
             self._driven = solution.plans[-1]
-            self._drive(Entry(solution.plans[-1], solution.commits[-1], self.epoch))
+            entry = Entry(solution.plans[-1], solution.commits[-1], self.epoch)
+            self._drive(entry)
+            self._book.write(entry)
+
+    def _note_stage(self):
+        """Write down how far the robot is with its goals, if that is new."""
+        news = self.mission_start, self.journey.orders, self.journey.itinerary.reached, self.robot.goal.tolist()
+        if self._has_started and news != self._written:
+            self._written = news
+            self._book.note(self.journey.stage(self.robot, self.mission_start))
+
+    def _resume(self, now):
+        """Go on with the goals that the process before had in this mission, unless somebody has given others since."""
+        stages = [stage for stage in self._stages if abs(stage.mission_start - self.mission_start) < _ONE]
+        if stages and not self.journey.orders:
+            self.journey.resume(self.robot, stages, now)
+        self._stages = ()
 
     def _postscript(self, now):
         robot = self.robot
@@ -402,6 +433,7 @@ class Agent:
         self.robot.join(list(self._mission.robot_ids))
         if self._has_started:
             self.robot.start(list(self._mission.robot_ids), self._mission.start)
+            self._resume(now)
             self._heed(self._mission.state, now)
 
     def _heed(self, state, now):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import LimitExceeded
 from mobile_planning.fleet.errands import EndlessErrands, Errands
+from mobile_planning.fleet.stage import Stage, pose
 
 #: Goals of one robot.
 MAX_GOALS = 1000
@@ -75,6 +76,26 @@ class Itinerary:
             return ()
         ahead = () if self._repeats else self._goals
         return (*(goal for goal, _ in self.arrivals), *([] if is_there else [np.array(goal, float)]), *ahead)
+
+    @property
+    def ahead(self) -> tuple[NDArray[np.float64], ...]:
+        """Goals that are known and to come, those of the scene included."""
+        return (*self._goals, *(() if self._errands is None else self._errands.left(self._id)))
+
+    @property
+    def stage(self) -> dict[str, object]:
+        """What is to come, as `Stage` has it."""
+        return {'ahead': tuple(map(pose, self.ahead)), 'repeats': bool(self._repeats),
+                'is_of_scene': self._is_of_scene, 'draws': isinstance(self._errands, EndlessErrands)}
+
+    def resume(self, stages: Sequence[Stage]) -> None:
+        """Go on from the last of ``stages``, in order, of the same robot."""
+        last = stages[-1]
+        self.arrivals = [(np.array(goal), when) for stage in stages for goal, when in stage.arrivals]
+        self._goals = deque(map(np.array, last.ahead))
+        self._repeats, self._is_of_scene = last.repeats, last.is_of_scene
+        if not last.draws:
+            self._errands = None
 
     @property
     def left(self) -> int:

@@ -9,8 +9,10 @@ from numpy.typing import ArrayLike
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.errands import Errands
 from mobile_planning.fleet.itinerary import How, Itinerary
+from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.stage import Stage, pose
 
 
 class Journey:
@@ -34,7 +36,8 @@ class Journey:
 
     def __init__(self, robot_id: int, errands: Errands | None = None):
         self.itinerary, self.orders, self.trouble = Itinerary(robot_id, errands), 0, ''
-        self._is_at_goal = False
+        self._is_at_goal = self._is_counted = False
+        self._told = 0
 
     @property
     def is_over(self) -> bool:
@@ -92,9 +95,9 @@ class Journey:
         """
         if not robot.is_done:
             return
-        if not self._is_at_goal:
+        if not self._is_counted:
             self.itinerary.arrivals.append((robot.goal, now))
-        self._is_at_goal = True
+        self._is_at_goal = self._is_counted = True
         taken = [(message.goal, message.radius) for message in robot.heard().values()]
         goal = self.itinerary.next_goal(now - mission_start, taken)
         if goal is None:
@@ -106,12 +109,32 @@ class Journey:
             # It stays where it is, and goes on to the goal after this one.
             self.trouble = f'a goal is left out: {error}'
 
-    def solution(self, robot: Robot) -> Solution:
-        """Return what the robot has driven, and the goals that it was given."""
+    def stage(self, robot: Robot, mission_start: float) -> Stage:
+        """Return how far the robot is with its goals; what it has arrived at is told once."""
+        arrivals = tuple((pose(goal), float(when)) for goal, when in self.itinerary.arrivals[self._told:])
+        self._told = self.itinerary.reached
+        return Stage(mission_start, pose(robot.goal), self._is_counted, arrivals=arrivals, **self.itinerary.stage)
+
+    def resume(self, robot: Robot, stages: Sequence[Stage], now: float) -> None:
+        """Send the robot at ``now`` [s] to the goal that the process before was at, by the last of its ``stages``."""
+        self.itinerary.resume(stages)
+        self._told = self.itinerary.reached
+        try:
+            robot.set_goal(stages[-1].goal, now)
+            self._set_out()
+            self._is_counted = stages[-1].is_reached
+        except PlanningError as error:
+            self.trouble = f'a goal is left out: {error}'
+
+    def solution(self, robot: Robot, past: Sequence[Entry] = ()) -> Solution:
+        """Return what the body has driven, by ``past`` and by the robot, and the goals that it was given."""
         driven = robot.sol
+        driven = replace(driven, plans=(*(entry.plan for entry in past), *driven.plans),
+                         commits=(*(entry.commit for entry in past), *driven.commits))
         first = driven.plans[0]
-        return replace(driven, goals=self.itinerary.given(robot.goal, self._is_at_goal),
+        return replace(driven, goals=self.itinerary.given(robot.goal, self._is_counted),
                        reached_before=self.itinerary.reached_by(first.first_knot * first.step))
 
     def _set_out(self):
-        self._is_at_goal, self.trouble = False, ''
+        self._is_at_goal = self._is_counted = False
+        self.trouble = ''

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from rclpy.node import Node
 
+from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.pilot import PilotStatus
 from mobile_planning.fleet.tracking import Tracker
@@ -23,8 +24,8 @@ class Body(Protocol):
     def status(self) -> PilotStatus:
         """How the body keeps to its plan."""
 
-    def left_behind(self) -> tuple[Entry, ...]:
-        """Return what the processes before this one have driven."""
+    def leave_on(self, plan: Plan) -> None:
+        """Take in that the processes before this one have left the body on ``plan``."""
 
     def drive(self, entry: Entry) -> None:
         """Drive a plan from its first knot on, whatever becomes of this process or of its planner."""

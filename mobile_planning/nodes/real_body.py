@@ -11,7 +11,8 @@ from time import monotonic
 import numpy as np
 from rclpy.node import Node
 
-from mobile_planning.fleet.logbook import Entry, Logbook
+from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.pilot import PilotStatus
 from mobile_planning.fleet.pilot_link import PilotLink, PilotNews, PilotTask
 from mobile_planning.fleet.tracking import Tracker
@@ -48,7 +49,6 @@ class RealBody:
             {topic: node.resolve_topic_name(topic) for topic in _TOPICS}, options.frame_id,
             f'{node.get_name()}/base_link', options.localisation, options.control_rate, tracker, options.most_drift,
             bool(node.get_parameter('use_sim_time').value))
-        self._book = Logbook(options.logbook_of(robot_id)) if options.logbook else None
         self._plans: tuple[Entry, ...] = ()
         self._status, self._told_at, self._counted = PilotStatus(), -np.inf, Counter()
         self._turn, self._link, self._is_closed = threading.Lock(), None, False
@@ -65,21 +65,14 @@ class RealBody:
         """The process of the pilot, None before the first is started."""
         return self._process
 
-    def left_behind(self) -> tuple[Entry, ...]:
-        """Return what the processes before this one have driven; where the body is now its localisation says."""
-        return () if self._book is None else self._book.read()
+    def leave_on(self, plan: Plan) -> None:
+        """Do nothing: where the body is its localisation says."""
 
     def drive(self, entry: Entry) -> None:
         """Hand a plan to the pilot."""
         with self._turn:
             self._plans = (*self._plans, entry)[-_PLANS:]
             self._say(entry)
-        if self._book is not None:
-            try:
-                self._book.write(entry)
-            except OSError as error:
-                self._book = None
-                self._guard.note(error, 'drive')
 
     def tick(self, period: float) -> None:
         """Do nothing: the pilot drives."""

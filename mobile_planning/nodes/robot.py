@@ -1,7 +1,6 @@
 """The node ``robot``: one agent of a fleet, its plans and its body."""
 from __future__ import annotations
 
-from dataclasses import replace
 from time import time
 
 import numpy as np
@@ -13,6 +12,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from mobile_planning.fleet.agent import Agent
+from mobile_planning.fleet.logbook import Logbook
 from mobile_planning.fleet.message import RobotMsg
 from mobile_planning.nodes import convert, qos, wire
 from mobile_planning.nodes.body import make_body
@@ -82,11 +82,14 @@ class RobotNode(Node):
         self.host.loop.add(self._body)
 
     def _make_agent(self, scene, options):
-        self._history = self._body.left_behind()
+        book = Logbook(options.logbook_of(self.robot_id), lambda error: self._guard.note(error, 'logbook'))
+        left = book.read()
+        if left:
+            self._body.leave_on(left[-1].plan)
         # The epoch is the system's time: simulated time begins anew with every simulation.
-        epoch = max([int(time()), *(entry.epoch + 1 for entry in self._history)])
-        return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive,
-                     is_placed=options.simulate and not self._history, **options.planning(scene))
+        epoch = max([int(time()), *(entry.epoch + 1 for entry in left)])
+        return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive, book=book,
+                     is_placed=options.simulate and not left, **options.planning(scene))
 
     @property
     def epoch(self) -> int:
@@ -190,18 +193,9 @@ class RobotNode(Node):
                 poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
                 self._plans.publish(convert.path_message(poses, self._frame, wire.stamp(self._now())))
         if agent.is_finished and not self._has_reported:
-            self.host.bus.hand_in(self._solution(), agent.epoch)
+            self.host.bus.hand_in(agent.solution, agent.epoch)
             self.get_logger().info('at the goal' if agent.robot.is_done else 'stopped on the way')
         self._has_reported = agent.is_finished
-
-    def _solution(self):
-        """Return what the body has driven under all processes of the robot."""
-        latest = self._agent.solution
-        if not np.isnan(latest.commits[0]):
-            # Older ones have been left out since: what came before them does not join on.
-            self._history = ()
-        return replace(latest, plans=(*(entry.plan for entry in self._history), *latest.plans),
-                       commits=(*(entry.commit for entry in self._history), *latest.commits))
 
     def _diagnosis(self):
         self._statuses.publish(self._health.status(self._now(), self._frame))

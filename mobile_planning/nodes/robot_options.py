@@ -64,8 +64,8 @@ class RobotOptions:
     base_slip: float = option(0.0, 'of the simulated base, standard deviation of its speeds', low=0.0, high=0.9,
                               read_only=True)
     base_noise: float = option(0.0, 'of the simulated pose, standard deviation [m]', low=0.0, high=1.0, read_only=True)
-    logbook: str = option('', 'file by which a simulated body outlives the process, empty for none; {id} stands for '
-                          'the id of the robot', read_only=True)
+    logbook: str = option('', 'file by which a simulated body and the goals outlive the process, empty for none; {id} '
+                          'stands for the id of the robot', read_only=True)
 
     def __post_init__(self):
         if not 4 * self.Tc <= self.Tp <= 50 * self.Tc:

@@ -8,7 +8,8 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from mobile_planning.fleet.base import SimulatedBase
-from mobile_planning.fleet.logbook import Entry, Logbook
+from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.pilot import Pilot, PilotStatus
 from mobile_planning.fleet.tracking import Tracker
 from mobile_planning.nodes import convert_views, qos
@@ -24,14 +25,13 @@ class SimulatedBody:
 
     def __init__(self, node: Node, guard: Guard, options: RobotOptions, robot_id: int, tracker: Tracker,
                  on_pose: Callable[[np.ndarray], None]):
-        self._clock, self._guard, self._options, self._id = node.get_clock(), guard, options, robot_id
+        self._clock, self._options, self._id = node.get_clock(), options, robot_id
         self._tracker, self._on_pose = tracker, on_pose
         self._frame, self._child = options.frame_id, f'{node.get_name()}/base_link'
         self._pilot: Pilot | None = None
         self._base: SimulatedBase | None = None
         self._latest, self._odometry_due, self._command = -np.inf, -np.inf, np.zeros(2)
-        self._left: tuple[Entry, ...] = ()
-        self._book = Logbook(options.logbook_of(robot_id)) if options.logbook else None
+        self._left: Plan | None = None
         self._odometry = node.create_publisher(Odometry, '~/odom', qos.live(1))
 
     @property
@@ -39,25 +39,17 @@ class SimulatedBody:
         """How the body keeps to its plan."""
         return PilotStatus() if self._pilot is None else self._pilot.status
 
-    def left_behind(self) -> tuple[Entry, ...]:
-        """Return what the processes before this one have driven, on whose last plan they have left the body."""
-        if self._book is not None:
-            self._left = self._book.read()
-        return self._left
+    def leave_on(self, plan: Plan) -> None:
+        """Let the body be where ``plan`` ends."""
+        self._left = plan
 
     def drive(self, entry: Entry) -> None:
-        """Drive a plan from its first knot on, whether it can be written down or not."""
+        """Drive a plan from its first knot on."""
         if self._pilot is not None:
             self._pilot.follow(entry.plan)
         else:
             self._base = SimulatedBase(entry.plan.state(self._now())[:3], self._options.base(), self._id)
             self._pilot = Pilot(self._tracker, entry.plan, most_drift=self._options.most_drift)
-        if self._book is not None:
-            try:
-                self._book.write(entry)
-            except OSError as error:
-                self._book = None
-                self._guard.note(error, 'drive')
 
     def tick(self, period: float) -> None:
         """Drive on for ``period`` [s], in the thread of the `ControlLoop`."""
@@ -94,6 +86,6 @@ class SimulatedBody:
 
     def _look_behind(self, now):
         """Find the body where the process before has left it, once it rests there."""
-        if self._left and now >= self._left[-1].plan.end_knot * self._left[-1].plan.step:
-            pose, self._left = self._left[-1].plan.state(now)[:3], ()
+        if self._left is not None and now >= self._left.end_knot * self._left.step:
+            pose, self._left = self._left.state(now)[:3], None
             self._on_pose(pose)

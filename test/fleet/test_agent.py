@@ -9,9 +9,12 @@ from mobile_planning.errors import GoalOccupied, InvalidInput, PlanningError, St
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.itinerary import How
+from mobile_planning.fleet.logbook import Logbook
 from mobile_planning.fleet.message import Contracts, Mode
+from mobile_planning.fleet.report import Body
 from mobile_planning.fleet.scene import RobotSpec, Scene
-from mobile_planning.world.environment import Boundary
+from mobile_planning.fleet.verification import verify
+from mobile_planning.world.environment import Boundary, Environment
 from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -338,6 +341,54 @@ def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_ou
     one.set_goals([(1.5, 1.5, 0)], How.REPLACE, 40.0)
     drive([one], 40.0, 50.0)
     assert one.is_finished
+
+
+def restarted(book, start, epoch=6, listed=scene(False)):
+    """Return robot 1 started anew, when its body has come to rest, in the mission of ``start``, and when that is."""
+    left = Logbook(book).read()[-1].plan
+    now = left.end_knot * left.step + 1.0
+    one = Agent(listed, 1, epoch, now, book=Logbook(book), is_placed=False)
+    one.place(left.state(now)[:3], now)
+    one.follow(Announcement('m', State.STARTED, (1,), start), now)
+    return one, now
+
+
+@pytest.mark.parametrize('is_of_scene', [True, False])
+def test_a_list_of_goals_goes_on_at_the_goal_that_the_process_before_was_at(tmp_path, is_of_scene):
+    stops, room = ((1.5, 1, 0), (1.5, 4.5, 0), (1, 4.5, 0)), Boundary((0, 5), (0, 5))
+    spec = RobotSpec(1, (1, 1, 0), stops[-1], via=stops[:-1]) if is_of_scene else RobotSpec(1, (1, 1, 0), (3, 3, 0))
+    listed, book = Scene('m', (spec,), boundary=room, on_map=False), tmp_path / 'book'
+    one = Agent(listed, 1, 5, 0.0, book=Logbook(book))
+    one.follow(Announcement('m', State.STARTED, (1,), 1.0), 0.0)
+    if not is_of_scene:
+        one.set_goals(stops, How.REPLACE, 0.0)
+    now = 1.0
+    while one.journey.itinerary.reached == 0 or one.robot.state(now)[3] == 0.0:
+        drive([one], now, now + 0.25)
+        now += 0.25
+    with book.open('a') as file:
+        file.write('{"stage": {"mission_start": 1.0, "goal": [')
+    for epoch in 6, 7:
+        two, now = restarted(book, 1.0, epoch, listed)
+        assert two.robot.goal.tolist() == list(stops[1]) and two.journey.itinerary.reached == 1
+        drive([two], now, now + 0.75)
+    drive([two], now + 0.75, now + 30.0)
+    told = two.solution
+    assert two.is_finished and two.robot.is_done and two.journey.itinerary.reached == 3 and told.reached_before == 0
+    assert told.goals == () if is_of_scene else np.array_equal(told.goals, stops)
+    assert told.plans[0].points[0].tolist() == [1, 1]
+    body = Body(1, 0.2, np.array([1.0, 1, 0]), np.array(stops[2], float), 1.0, 5.0, 2.0, tuple(map(np.array, stops[:2])))
+    report = verify({1: told}, [body], Environment(room), 1.0)
+    assert report.valid and report.arrivals == 3, report.table()
+    # A process that ends once it has arrived leaves nothing to drive to.
+    three, now = restarted(book, 1.0, 8, listed)
+    drive([three], now, now + 1.0)
+    assert three.is_finished and three.robot.is_done and three.journey.itinerary.reached == 3
+    # In another mission the goals are the scene's, from the first one on, and what was driven before is none of it.
+    four, now = restarted(book, now + 50.0, 9, listed)
+    assert four.robot.goal.tolist() == list((*spec.via, spec.goal)[0]) and four.journey.itinerary.reached == 0
+    drive([four], now, now + 1.0)
+    assert four.solution.plans[0].points[0] == pytest.approx(stops[2][:2], abs=0.03)
 
 
 @pytest.mark.parametrize('how, goals', [

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.logbook import Entry, Logbook
+from mobile_planning.fleet.stage import Stage
 
 FIRST = Entry(Plan.at_rest(0, 0.1, (0, 0, 0)), np.nan, 7)
 
@@ -40,15 +41,40 @@ def test_a_process_that_is_killed_while_it_writes_leaves_what_was_written_before
     for cut in range(len(whole)):
         (tmp_path / 'book').write_text(whole + whole[:cut])
         assert len(book.read()) == 1
+        # The next process goes on after what is whole.
+        Logbook(tmp_path / 'book').write(FIRST)
+        assert len(book.read()) == 2
 
 
-@pytest.mark.parametrize('text', ['{', '[]', '{}', '{"first_knot": 1}', '[' * 100_000, '\0',
+def test_stages_are_kept_among_plans_and_the_newest_outlives_all_plans(tmp_path, monkeypatch):
+    monkeypatch.setattr('mobile_planning.fleet.logbook._LARGEST', 5000)
+    book, stages = Logbook(tmp_path / 'book'), [Stage(1.0, (x, 2.0, 0.0), False) for x in (3.0, 4.0)]
+    for stage in stages:
+        book.note(stage)
+    assert book.stages() == tuple(stages) and book.read() == ()
+    for count in range(100):
+        book.write(Entry(Plan.at_rest(count, 0.1, (0, 0, 0)), np.nan, 7))
+    assert book.stages() == (stages[1],) and book.read()[-1].plan.first_knot == 99
+
+
+def test_a_file_that_cannot_be_written_is_given_up_once(tmp_path):
+    told = []
+    book = Logbook(tmp_path / 'no folder' / 'book', told.append)
+    for _ in range(3):
+        book.write(FIRST)
+    assert len(told) == 1 and isinstance(told[0], OSError)
+    nothing = Logbook()
+    nothing.write(FIRST)
+    assert nothing.read() == nothing.stages() == ()
+
+
+@pytest.mark.parametrize('text', ['{', '[]', '{}', '{"stage": 7}', '7', '{"first_knot": 1}', '[' * 100_000, '\0',
                                   '{"first_knot": 0, "step": 0, "points": [], "heading": 0, "final_heading": null, '
                                   '"reverse": false, "commit": 0, "epoch": 1}'])
 def test_a_file_that_is_no_logbook_is_refused_with_a_sentence(tmp_path, text):
     (tmp_path / 'book').write_text(text + '\n')
     with pytest.raises(InvalidInput, match='cannot be read'):
-        Logbook(tmp_path / 'book').read()
+        Logbook(tmp_path / 'book').read() + Logbook(tmp_path / 'book').stages()
 
 
 def test_a_folder_is_no_logbook(tmp_path):
