@@ -133,6 +133,9 @@ class Report:
         Arrivals until the last one; None without any.
     judged_since : float [s]
         From when on what was driven is judged, since the start of the mission; plans that are older are not known.
+    watched_since : float [s]
+        From when on what the robots said was checked while they drove, since the start of the mission; before, the
+        judge's process did not run.
     """
 
     name: str
@@ -155,6 +158,7 @@ class Report:
     arrivals: int = 0
     throughput: float | None = None
     judged_since: float = 0.0
+    watched_since: float = 0.0
 
     @property
     def ratio(self) -> float | None:
@@ -202,6 +206,8 @@ class Report:
             rows.append(('goals', f'{self.arrivals} of {self.goals} reached{pace}'))
         if self.judged_since > 0.0:
             rows.append(('judged', f'from {self.judged_since:.2f} s on; what was driven before is not known any more'))
+        if self.watched_since > 0.0:
+            rows.append(('watched', f'from {self.watched_since:.2f} s on; what was said before was not heard'))
         if self.joint_plans:
             rows.append(('joint plans', f'{self.joint_plans}'))
         rows += [('waiting', f'{each}') for each in self.waiting]

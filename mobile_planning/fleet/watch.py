@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.invariant import TOLERANCE
 from mobile_planning.fleet.message import Contracts, LinkMode, RobotMsg
 from mobile_planning.fleet.plan_distances import contract_room, distance_of_point
+from mobile_planning.fleet.report import Report
 
 #: Contracts that are kept of each pair.
 _KEPT = 12
@@ -40,11 +42,14 @@ class Watch:
         For which the contract, or the other robot, was not heard.
     violations : list of str
         One sentence for each pair and kind.
+    since : float [s]
+        When the first message was said; infinite before it comes.
     """
 
     def __init__(self, radii: Mapping[int, float]):
         self.proofs = self.unchecked = 0
         self.violations: list[str] = []
+        self.since = np.inf
         self._radii = dict(radii)
         self._contracts: dict[tuple[int, int], deque[tuple[tuple[int, int, int], Contract]]] = {}
         self._heard: dict[int, tuple[RobotMsg, float]] = {}
@@ -54,6 +59,7 @@ class Watch:
     def hear(self, message: RobotMsg | Contracts, stamp: float) -> None:
         """Take in what a robot said at ``stamp`` [s] of the common clock; older messages than the newest say nothing.
         """
+        self.since = min(self.since, stamp)
         if isinstance(message, Contracts):
             for offer in message.offers:
                 kept = self._contracts.setdefault((message.robot_id, offer.peer_id), deque(maxlen=_KEPT))
@@ -86,6 +92,12 @@ class Watch:
                 if distance < need - TOLERANCE:
                     self._say('overlap', one.robot_id, other.robot_id,
                               f'are {distance:.4f} m apart at {now:.3f} s, their radii need {need:.4f} m')
+
+    def summed_up(self, report: Report, start: float) -> Report:
+        """Return the report on a mission that began at ``start`` [s], with all that was found while it was driven."""
+        since = max(0.0, self.since - start) if start > 0.0 and np.isfinite(self.since) else 0.0
+        return replace(report, valid=report.valid and not self.violations, watched_since=since,
+                       violations=[*report.violations, *self.violations])
 
     def _judge(self, message, peer, link):
         """Judge the plan of a message by what it says of one link."""

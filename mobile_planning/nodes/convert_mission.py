@@ -98,6 +98,7 @@ def report_message(report: Report, time: float, proofs: int = 0, unchecked: int 
         lower_bound=float('nan' if report.lower_bound is None else report.lower_bound), dead=int(report.dead),
         section_times=wire.floats(report.section_times), messages=int(report.messages or 0),
         message_bytes=int(report.message_bytes or 0), goals=int(report.goals), goals_reached=int(report.arrivals),
+        judged_since=float(report.judged_since), watched_since=float(report.watched_since),
         throughput=float('nan' if report.throughput is None else report.throughput), proofs=int(proofs),
         unchecked=int(unchecked), waiting=[str(each) for each in report.waiting],
         violations=[str(sentence) for sentence in report.violations])

@@ -1,7 +1,6 @@
 """The node ``world_sim``: starts a mission, watches over it, gathers its solutions, judges, draws and reports them."""
 from __future__ import annotations
 
-from dataclasses import replace
 from time import monotonic
 
 from mobile_planning_msgs.msg import Contracts as ContractsMessage
@@ -116,9 +115,7 @@ class WorldSimNode(Node):
         code, bodies, environment = 1, self._scene.bodies(), self._scene.environment()
         try:
             self.get_logger().info(f'mission {self._mission.name} ended: {self._mission.why}')
-            report = self._mission.report(bodies, environment)
-            if self._watch.violations:
-                report = replace(report, valid=False, violations=[*report.violations, *self._watch.violations])
+            report = self._watch.summed_up(self._mission.report(bodies, environment), self._mission.start_time)
             self._reports.publish(convert_mission.report_message(
                 report, self._now(), self._watch.proofs, self._watch.unchecked))
             for publisher in self._missions, self._reports:

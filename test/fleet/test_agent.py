@@ -377,7 +377,7 @@ def test_a_list_of_goals_goes_on_at_the_goal_that_the_process_before_was_at(tmp_
     assert two.is_finished and two.robot.is_done and two.journey.itinerary.reached == 3 and told.reached_before == 0
     assert told.goals == () if is_of_scene else np.array_equal(told.goals, stops)
     assert told.plans[0].points[0].tolist() == [1, 1]
-    body = Body(1, 0.2, np.array([1.0, 1, 0]), np.array(stops[2], float), 1.0, 5.0, 2.0, tuple(map(np.array, stops[:2])))
+    body = Body(1, 0.2, np.array([1.0, 1, 0]), np.array(stops[2], float), 1, 5, 2, tuple(map(np.array, stops[:2])))
     report = verify({1: told}, [body], Environment(room), 1.0)
     assert report.valid and report.arrivals == 3, report.table()
     # A process that ends once it has arrived leaves nothing to drive to.

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from mobile_planning.fleet.message import Contracts, LinkMode, RobotMsg
+from mobile_planning.fleet.report import Report
 from mobile_planning.fleet.scenarios import scene
 from mobile_planning.fleet.watch import Watch
 
@@ -95,3 +96,17 @@ def test_a_plan_through_a_robot_at_rest_is_found(said):
         watch.hear(replace(resting, plan=replace(resting.plan, points=np.tile(place, (4, 1)))), 0.0)
         watch.hear(replace(moving, links={1: link}), 0.0)
         assert len(watch.violations) == count and watch.proofs == 1 - count
+
+
+def test_what_it_has_not_heard_is_said_in_the_report(said):
+    history, radii = said
+    report = Report('m', True, 4, 4, 1.0, 1.0, 9.0)
+    watch = Watch(radii)
+    assert watch.summed_up(report, 1.0).watched_since == 0.0
+    for message, stamp in history:
+        if stamp >= 6.0:
+            watch.hear(message, stamp)
+    late = watch.summed_up(report, 1.0)
+    assert 5.0 <= late.watched_since < 6.0 and late.as_dict()['watched_since'] == late.watched_since
+    assert f'from {late.watched_since:.2f} s on' in late.table() and 'watched' not in report.table()
+    assert watch.summed_up(report, 100.0).watched_since == 0.0

@@ -147,6 +147,7 @@ def test_a_mission_is_announced_started_judged_drawn_and_reported(ros, robots, s
     report = robots.reports[0]
     assert report.valid and (report.robots, report.arrived) == (2, 2) and 1.0 < report.mission_time < 10.0
     written = json.loads((tmp_path / 'deep' / 'out' / 'report.json').read_text())
+    assert report.watched_since == written['watched_since'] == written['judged_since'] == 0.0
     assert written['valid'] and written['min_separation'] == report.min_separation
     picture = np.asarray(Image.open(tmp_path / 'deep' / 'out' / 'mission.png').convert('RGB'))
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 20
@@ -223,7 +224,7 @@ def test_a_robot_that_falls_silent_on_its_way_is_named_and_takes_part_again_when
     assert robots.end(node) == 0
 
 
-def test_it_takes_up_a_mission_that_another_process_has_started(ros, robots, scene):
+def test_it_takes_up_a_mission_that_another_process_has_started_and_says_since_when(ros, robots, scene, capfd):
     robots.start = robots.now - 5.0
     robots.said = {1: (EPOCH, [2], Mode.DRIVING), 2: (EPOCH, [1], Mode.DRIVING)}
     node = ros.add(WorldSimNode, scene=str(scene), autostart=False)
@@ -232,6 +233,10 @@ def test_it_takes_up_a_mission_that_another_process_has_started(ros, robots, sce
     for solution in robots.solve(robots.start).values():
         robots.hand_in(solution)
     assert robots.end(node) == 0
+    ros.until(lambda: robots.reports)
+    # All plans are judged at the end; what was said before it ran it has not heard.
+    assert robots.reports[0].judged_since == 0.0 and 5.0 <= robots.reports[0].watched_since < 30.0
+    assert f'watched                 from {robots.reports[0].watched_since:.2f} s on' in capfd.readouterr().out
 
 
 def test_a_mission_is_paused_and_goes_on(ros, robots, scene):
