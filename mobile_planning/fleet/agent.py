@@ -35,6 +35,8 @@ _UNKNOWN = 0.1
 _APART = 0.012
 #: Plans that a robot keeps for the judge: at four a second those of half an hour.
 _KEPT = 8000
+#: Why a robot stands that was left out.
+_LEFT_OUT = 'left out'
 #: Starts of missions that are told apart by less [s] are those of one.
 _ONE = 1e-3
 
@@ -119,6 +121,11 @@ class Agent:
     def is_finished(self) -> bool:
         """Whether the robot has driven its mission: it is done, or was stopped."""
         return self.robot is not None and (self.journey.is_over or self._is_stopped)
+
+    @property
+    def is_left_out(self) -> bool:
+        """Whether the mission goes on without it, for nobody knows where its body is."""
+        return _LEFT_OUT in self._holds
 
     @property
     def is_stopped(self) -> bool:
@@ -245,7 +252,7 @@ class Agent:
                 self.robot.stop()
                 self._is_stopped = True
             else:
-                self._heed(announcement.state, now)
+                self._heed(announcement, now)
 
     def hold(self, reason: str, sentence: str, now: float) -> None:
         """Let the robot come to rest, and stay until `release` of every ``reason``."""
@@ -434,11 +441,14 @@ class Agent:
         if self._has_started:
             self.robot.start(list(self._mission.robot_ids), self._mission.start)
             self._resume(now)
-            self._heed(self._mission.state, now)
+            self._heed(self._mission, now)
 
-    def _heed(self, state, now):
-        """Pause with the mission, and drive on with it."""
-        if state is State.PAUSED:
+    def _heed(self, announcement, now):
+        """Pause with the mission, and drive on with it; stay where it goes on without this robot."""
+        if self._id in announcement.left_out:
+            self.hold(_LEFT_OUT, 'the mission goes on without it: it was started anew elsewhere than its last plan has '
+                                 'led it', now)
+        if announcement.state is State.PAUSED:
             self.hold('mission', 'the mission is paused', now)
         else:
             self.release('mission', now)

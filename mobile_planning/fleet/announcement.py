@@ -31,6 +31,8 @@ class Announcement:
         Everybody who takes part, moving or not.
     start : float [s]
         No robot moves before it, on the common clock.
+    left_out : tuple of int
+        Of these, who is not to move: nobody knows where their bodies are. The mission goes on for the others.
 
     Raises
     ------
@@ -42,6 +44,7 @@ class Announcement:
     state: State
     robot_ids: tuple[int, ...]
     start: float = 0.0
+    left_out: tuple[int, ...] = ()
 
     def __post_init__(self):
         if self.state not in list(State):
@@ -50,7 +53,11 @@ class Announcement:
         if not 1 <= len(ids) <= MAX_ROBOTS or len(set(ids)) != len(ids):
             raise InvalidInput(f'a mission has 1 to {MAX_ROBOTS} robots with ids of their own, not {len(ids)} '
                                f'of which {len(set(ids))} differ')
+        if not set(self.left_out) <= set(ids):
+            raise InvalidInput(f'robots {sorted(set(self.left_out) - set(ids))} are left out of a mission that they '
+                               'take no part in')
         if not np.isfinite(self.start):
             raise InvalidInput(f'the start of a mission is {self.start}, not a time')
         object.__setattr__(self, 'state', State(self.state))
         object.__setattr__(self, 'robot_ids', ids)
+        object.__setattr__(self, 'left_out', tuple(self.left_out))

@@ -74,11 +74,13 @@ class Mission:
         self._last: list[tuple[RobotMsg, Postscript]] = []
         self._epochs: dict[int, set[int]] = {}
         self.deaths: dict[int, Death] = {}
+        self._left_out: dict[int, str] = {}
 
     @property
     def announcement(self) -> Announcement:
         """What the robots are to be told."""
-        return Announcement(self.name, self.state, self.robot_ids, self.start_time)
+        return Announcement(self.name, self.state, self.robot_ids, self.start_time,
+                            tuple(sorted(self._left_out)))
 
     @property
     def heard(self) -> dict[int, RobotMsg]:
@@ -98,7 +100,8 @@ class Mission:
     def hear(self, message: RobotMsg, now: float, postscript: Postscript = Postscript()) -> None:
         """Take in what a robot says, and tells beside it.
 
-        A robot that was started anew takes part again, if its body is where its last plan has led it.
+        A robot that was started anew takes part again, if its body is where its last plan has led it; else the
+        mission goes on without it.
         """
         robot_id = message.robot_id
         known = self.heard.get(robot_id)
@@ -114,7 +117,9 @@ class Mission:
             self.deaths.pop(robot_id, None)
             self.solutions.pop(robot_id, None)
             if is_new and known is not None and np.linalg.norm(message.plan.points[0] - known.plan.end) > _SAME_PLACE:
-                self._end(f'robot {robot_id} was started anew, and nobody knows where it is', now)
+                (x, y), (x_told, y_told) = known.plan.end, message.plan.points[0]
+                self._left_out[robot_id] = (f'robot {robot_id} was started anew at ({x_told:.2f}, {y_told:.2f}), its '
+                                            f'last plan ended at ({x:.2f}, {y:.2f}): it was left out')
 
     def _take_up(self, start):
         """Go on with a mission that another process has started."""
@@ -129,6 +134,8 @@ class Mission:
         InvalidInput
             The robot moved before the start, or moves long after the end of the mission.
         """
+        if solution.eyed in self._left_out:
+            return
         if epoch not in self._epochs.get(solution.eyed, ()) or solution.eyed in self.heard and (
                 epoch < self.heard[solution.eyed].boot_epoch):
             return
@@ -223,8 +230,10 @@ class Mission:
             self._gather(now, time)
         elif self.is_complete:
             self._end('all robots are at their goals', now)
-        elif self.deaths and self._have_arrived(set(self.robot_ids) - set(self.deaths)):
-            self._end(f'all robots are at their goals but those that died, {sorted(self.deaths)}', now)
+        elif (gone := set(self.deaths) | set(self._left_out)) and self._have_arrived(set(self.robot_ids) - gone):
+            those = ' and '.join(f'those that {what}, {sorted(which)}' for what, which in (
+                ('died', self.deaths), ('were left out', self._left_out)) if which)
+            self._end(f'all robots are at their goals but {those}', now)
         elif time > self.start_time + self._timeout:
             self._end(f'it was not finished within {self._timeout:g} s', now)
 
@@ -248,7 +257,7 @@ class Mission:
         account = Account(
             name=self.name, start_time=self.start_time, why=self.why, is_complete=self.is_complete,
             was_started=bool(self._epochs), heard=self.heard, silent=self.silent(self._ended or 0.0), last=self._last,
-            solutions=self.solutions, deaths=self.deaths)
+            solutions=self.solutions, deaths=self.deaths, left_out=list(self._left_out.values()))
         return account.report(bodies, environment)
 
     # How it works

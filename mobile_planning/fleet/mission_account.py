@@ -42,6 +42,8 @@ class Account:
         What each living robot that had not arrived said last before it ended.
     solutions : mapping of int to Solution
     deaths : mapping of int to Death
+    left_out : sequence of str
+        Who was left out, and why.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Account:
     last: Sequence[tuple[RobotMsg, Postscript]]
     solutions: Mapping[int, Solution]
     deaths: Mapping[int, Death]
+    left_out: Sequence[str]
 
     def report(self, bodies: Sequence[Body], environment: Environment) -> Report:
         """Return what the mission came to; why it ended is a violation too, unless it is complete."""
@@ -65,8 +68,8 @@ class Account:
         known = KnownPart.of(self.solutions, judged, self.start_time)
         report = known.report(environment, self.start_time, self.name)
         dead = set(self.deaths) | (unknown & set(self.silent))
-        violations = [*report.violations, *(f'robot {robot_id} has driven and never said what' for robot_id in
-                                            sorted(unknown))]
+        never_said = [f'robot {robot_id} has driven and never said what' for robot_id in sorted(unknown)]
+        violations = [*report.violations, *self.left_out, *never_said]
         ended = max((solution.end for solution in self.solutions.values()), default=self.start_time) - self.start_time
         report = replace(report, robots=len(bodies), dead=len(dead), violations=violations,
                          lower_bound=lower_bound(bodies, environment),

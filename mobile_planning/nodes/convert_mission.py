@@ -32,7 +32,8 @@ def mission_message(announcement: Announcement, now: float) -> MissionMessage:
     return MissionMessage(
         header=header('', wire.stamp(now)), name=announcement.name, state=int(announcement.state),
         start=wire.stamp(announcement.start),
-        robot_ids=array('I', [int(robot_id) for robot_id in announcement.robot_ids]))
+        robot_ids=array('I', [int(robot_id) for robot_id in announcement.robot_ids]),
+        left_out=array('I', [int(robot_id) for robot_id in announcement.left_out]))
 
 
 def announcement(message: MissionMessage) -> Announcement:
@@ -43,7 +44,8 @@ def announcement(message: MissionMessage) -> Announcement:
     InvalidInput
         There is no such state, or the robots are none, too many or not all different.
     """
-    return Announcement(str(message.name), message.state, tuple(message.robot_ids), seconds(message.start))
+    return Announcement(str(message.name), message.state, tuple(message.robot_ids), seconds(message.start),
+                        tuple(message.left_out))
 
 
 def solution_message(solution: Solution, epoch: int, time: float, frame: str) -> SolutionMessage:

@@ -123,6 +123,9 @@ class RobotHealth:
         options = self._options
         if monotonic() - self._began > _HUNG:
             return f'the planner has not answered for more than {_HUNG:g} s: the plan in force is driven to its end'
+        if self._agent.is_left_out:
+            return (f'{self._agent.trouble}; a simulated body outlives its process by the parameter logbook'
+                    if options.simulate and not options.logbook else self._agent.trouble)
         if self._body.trouble():
             return self._body.trouble()
         if self._lag > options.tracking_margin:

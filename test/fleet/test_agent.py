@@ -1,5 +1,6 @@
 """A robot and its part in a mission, whatever comes first."""
 import threading
+from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
@@ -260,6 +261,27 @@ def test_a_pause_of_the_mission_holds_and_its_start_lets_go():
     one.follow(started, 3.0)
     drive([one], 3.0, 10.0)
     assert one.robot.is_done and one.trouble == ''
+
+
+def test_who_is_left_out_comes_to_rest_and_stays():
+    both = agent(1, False), agent(2, False)
+    for each in both:
+        each.follow(STARTED, 0.0)
+    drive(both, 0.0, 2.0)
+    for each in both:
+        each.follow(replace(STARTED, left_out=(1,)), 2.0)
+    drive(both, 2.0, 8.0)
+    stays = both[0].robot.state(8.0)
+    for each in both:
+        each.follow(replace(PAUSED, left_out=(1,)), 8.0)
+        each.follow(replace(STARTED, left_out=(1,)), 8.0)
+    drive(both, 8.0, 12.0)
+    assert both[0].is_left_out and 'goes on without it' in both[0].trouble and not both[0].is_finished
+    assert both[0].robot.state(12.0).tolist() == stays.tolist() and both[1].is_finished
+    # A process that is started once more hears it with the mission.
+    late = agent(1, False)
+    late.follow(replace(STARTED, left_out=(1,)), 12.0)
+    assert late.is_left_out
 
 
 def test_a_robot_that_joins_a_paused_mission_waits_for_it_to_go_on():

@@ -146,11 +146,24 @@ def test_a_robot_restarted_on_its_way_where_its_body_stands_takes_part_again():
     assert mission.is_complete and mission.is_over(6.0)
 
 
-def test_a_robot_restarted_elsewhere_ends_it():
+def test_a_robot_restarted_elsewhere_is_left_out_and_the_others_go_on():
     mission = started()
     message = said(2, epoch=8)
     mission.hear(replace(message, plan=Plan.at_rest(0, 0.25, (0.1, 0, 0))), 5.0)
-    assert mission.announcement.state is State.STOPPED and 'robot 2 was started anew' in mission.why
+    told = mission.announcement
+    assert (told.state, told.robot_ids, told.left_out) == (State.STARTED, IDS, (2,))
+    mission.collect(driven(2), 8)
+    mission.collect(driven(1), 7)
+    mission.step(6.0, EPOCH + 6)
+    assert mission.state is State.STARTED and 2 not in mission.solutions
+    mission.collect(driven(3), 7)
+    mission.step(6.0, EPOCH + 6)
+    assert mission.why == 'all robots are at their goals but those that were left out, [2]'
+    scene = Scene('m', tuple(RobotSpec(robot_id, (0, 2 * robot_id, 0), (0, 2 * robot_id, 0)) for robot_id in IDS),
+                  boundary=Boundary((-9, 9), (-9, 9)))
+    report = mission.report(scene.bodies(), scene.environment())
+    assert not report.valid and any('robot 2 was started anew at (0.10, 0.00), its last plan ended at (0.00, 0.00)'
+                                    in sentence for sentence in report.violations)
 
 
 def test_a_mission_whose_own_process_died_is_taken_up_where_its_robots_are():

@@ -48,9 +48,10 @@ class Fleet:
         """Publish a map."""
         self._maps.publish(map_message(grid, frame, self._ros.node.get_clock().now().to_msg()))
 
-    def announce(self, state, ids=(1,), start=0.0, name='m'):
+    def announce(self, state, ids=(1,), start=0.0, name='m', left_out=()):
         """Announce a mission."""
-        self._missions.publish(convert_mission.mission_message(Announcement(name, state, tuple(ids), start), self.now))
+        announcement = Announcement(name, state, tuple(ids), start, tuple(left_out))
+        self._missions.publish(convert_mission.mission_message(announcement, self.now))
 
     def say(self, message):
         """Publish what a peer says."""

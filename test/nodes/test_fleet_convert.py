@@ -231,11 +231,12 @@ def test_a_solution_arrives_as_it_was(robot_id, epoch, done, driven, times, comm
 
 
 @given(st.text(st.characters(codec='ascii', exclude_characters='\0')), st.sampled_from(State),
-       st.lists(uint32, min_size=1, max_size=256, unique=True), st.floats(0, 2**31 - 2))
-def test_an_announcement_arrives_as_it_was(name, state, robot_ids, start):
-    announcement = Announcement(name, state, tuple(robot_ids), start)
+       st.lists(uint32, min_size=1, max_size=256, unique=True), st.floats(0, 2**31 - 2), st.integers(0, 3))
+def test_an_announcement_arrives_as_it_was(name, state, robot_ids, start, count):
+    announcement = Announcement(name, state, tuple(robot_ids), start, tuple(robot_ids[:count]))
     received = convert_mission.announcement(sent(convert_mission.mission_message(announcement, 3)))
     assert (received.name, received.state, received.robot_ids) == (name, state, tuple(robot_ids))
+    assert received.left_out == announcement.left_out
     assert received.start == pytest.approx(start, abs=1e-6)
 
 
@@ -487,6 +488,7 @@ def test_a_solution_that_makes_no_sense_is_refused(fields):
 
 
 @pytest.mark.parametrize('fields', [
+    {'left_out': array('I', [3])},
     {'state': 4}, {'robot_ids': array('I')}, {'robot_ids': array('I', [1, 1])}, {'robot_ids': array('I', range(300))}])
 def test_an_announcement_that_makes_no_sense_is_refused(fields):
     message = convert_mission.mission_message(Announcement('m', State.STARTED, (1, 2), 3.0), 1.0)

@@ -186,6 +186,19 @@ def test_a_robot_that_is_killed_and_started_again_drives_on_from_where_its_body_
     assert where(odometry)[0] == pytest.approx(3.0, abs=0.03)
 
 
+def test_one_that_is_started_anew_without_a_logbook_and_left_out_stands_and_says_what_it_lacks(ros, fleet):
+    fleet.robot(**LONG)
+    odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
+    fleet.map()
+    fleet.announce(State.STARTED, start=fleet.now)
+    ros.until(lambda: odometry and where(odometry)[0] > 1.1)
+    fleet.announce(State.STARTED, start=fleet.now, left_out=(1,))
+    status, _ = fleet.diagnosis(lambda status: 'parameter logbook' in status.message)
+    assert status.level == DiagnosticStatus.ERROR and 'goes on without it' in status.message
+    ros.until(lambda: is_still(odometry))
+    assert where(odometry)[0] < 2.9 and not fleet.solutions
+
+
 def test_an_obstacle_that_appears_on_the_way_is_braked_for_and_said_until_it_is_gone(ros, fleet):
     fleet.robot(**LONG)
     odometry = ros.listen(Odometry, '/robot_1/odom', qos.live())
