@@ -160,7 +160,9 @@ class Guidance:
             if velocity is not None and len(way) == 2 and given is None:
                 return self._predicted(way, standing, neighbours, parked, stalled, step, velocity)
             way = self._keep_right(way, standing, neighbours, parked, stalled, step)
-        return self._drawn(way, standing, step, self._discs(parked, _BRUSH))
+            return self._drawn(way, standing, step, self._discs(parked, _BRUSH))
+        pace = roundabout.pace(way, neighbours, self.radius)
+        return self._drawn(way, standing, step, self._discs(parked, _BRUSH), pace)
 
     def follow(self, way: ArrayLike, standing: ArrayLike, step: float,
                parked: Sequence[Neighbour] = ()) -> NDArray[np.float64]:
@@ -182,9 +184,9 @@ class Guidance:
 
     # How it works
 
-    def _drawn(self, way, standing, step, discs):
+    def _drawn(self, way, standing, step, discs, pace=1.0):
         """Return for each row of ``standing`` the furthest point of the way that it sees and that is to be reached."""
-        reach = _AHEAD + _FASTER * self.v_max * step * np.arange(1.0, len(standing) + 1)
+        reach = pace * (_AHEAD + _FASTER * self.v_max * step * np.arange(1.0, len(standing) + 1))
         return self._finder.drawn(way, standing, discs, reach)
 
     def _rest_of_given(self, position, stalled):

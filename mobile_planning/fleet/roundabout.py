@@ -5,19 +5,31 @@ same. Nothing depends on it but time.
 """
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mobile_planning.fleet.neighbour import Neighbour
+
 #: Robots stand in a crowd closer than so many radii times the root of their number.
 _CROWDED = 1.5
 #: Least number of robots in a crowd that is worth a way round.
 _LEAST = 4
-#: Radii of circumference for each robot, and least radius of a roundabout, in radii of a robot.
-_SPACING, _LEAST_RADIUS = 4.5, 2.5
+#: Length of circumference for each robot, in radii of a robot.
+_PLACE = 4.5
+#: Least radius of a roundabout, in radii of a robot.
+_LEAST_RADIUS = 2.5
 #: Below so many radii of a robot a roundabout is not worth the way.
 _GONE = 2.0
+#: Squares of places further out [m] would overflow.
+_FAR = 1e12
+#: Robots keep their distance on a circle of so many places or more, and are on it within this share of its radius.
+_MANY, _ON_CIRCLE = 12, 0.3
+#: A robot is before another from this cosine on, and close within the gap that this share of a place leaves between two
+#: of its size; who is behind falls back at this share of the full speed or more.
+_BEFORE, _CLOSE, _SLOWEST = 0.7, 0.85, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +83,39 @@ class Roundabout:
         is_straight = len(points) == 2 and points[1] is goal
         return None if is_straight else np.array(points)
 
+    def pace(self, way: NDArray, neighbours: Sequence[Neighbour], radius: float) -> float:
+        """Return the share of the full speed at which a robot on the circle falls back from one close before it there.
+
+        Who comes up close stands beside that one where both leave, and neither can turn to its goal before the other.
+        Behind one that is not on the circle nobody falls back, for it drives somewhere else or crawls; nor on a circle
+        for few, which all have left before that tells.
+
+        Parameters
+        ----------
+        way : (W, 2) ndarray [m]
+            From where the robot is, as `way` returns it.
+        neighbours : sequence of Neighbour
+        radius : float [m]
+            Of the robot.
+        """
+        leg, moving = way[1] - way[0], [other for other in neighbours if not other.is_parked]
+        length = np.hypot(*leg)
+        is_large = 2 * np.pi * self.radius >= _MANY * _PLACE * radius
+        if not (moving and length > 1e-9 and is_large and self._is_on_circle(way[0])):
+            return 1.0
+        places, velocities = (np.array([getattr(other, name) for other in moving], float)
+                              for name in ('position', 'velocity'))
+        places = np.clip(places, -_FAR, _FAR)
+        offsets, touch = places - way[0], radius + np.array([other.radius for other in moving], float)
+        distances = np.hypot(*offsets.T)
+        leads = (offsets @ leg > _BEFORE * length * distances) & (velocities @ leg > 0.0) & self._is_on_circle(places)
+        room = (distances - touch) / (_CLOSE * _PLACE * radius - 2 * radius)
+        return float(np.clip(np.where(leads, room, 1.0).min(), _SLOWEST, 1.0))
+
+    def _is_on_circle(self, places):
+        """Return whether each of ``places`` (..., 2) [m] is on the circle, or nearly."""
+        return np.abs(np.linalg.norm(places - self.centre, axis=-1) - self.radius) < _ON_CIRCLE * self.radius
+
 
 def predict_crowd(positions: ArrayLike, goals: ArrayLike, radius: float,
                   v_max: float) -> tuple[NDArray[np.float64], int] | None:
@@ -123,7 +168,7 @@ def updated(roundabout: Roundabout | None, crowd: tuple[NDArray, int] | None, po
             return None
         return Roundabout(roundabout.centre, roundabout.radius - 0.5 * radius, roundabout.age + 1)
     centre, size = crowd
-    wanted = max(_LEAST_RADIUS, _SPACING * size / (2 * np.pi)) * radius
+    wanted = max(_LEAST_RADIUS, _PLACE * size / (2 * np.pi)) * radius
     if roundabout is None or wanted > roundabout.radius:
         return Roundabout(centre, wanted)
     if np.hypot(*(centre - roundabout.centre)) < max(1.5 * roundabout.radius, 5 * radius):

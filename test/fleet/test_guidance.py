@@ -401,6 +401,16 @@ def test_the_same_question_has_the_same_answer(start, places, stalled):
 # Roundabouts
 
 
+def test_on_a_roundabout_a_robot_falls_back_from_one_close_before_it():
+    guidance, roundabout = guide(Environment(ROOM), (9, 3)), Roundabout(np.array((5.0, 3.0)), 2.0)
+    here, ahead = (3.0, 3.0), (5 - 2 * np.cos(0.25), 3 - 2 * np.sin(0.25))
+    other = Neighbour(ahead, ahead, (9, 3), RADIUS, velocity=(0.4, -0.9))
+    alone, among = (guidance.reference(rest(here), others, STEP, 0.0, roundabout=roundabout)
+                    for others in ((), (other,)))
+    gone = np.linalg.norm(np.stack([alone, among])[:, -1] - here, axis=1)
+    assert 0 < gone[1] < 0.8 * gone[0]
+
+
 def test_a_roundabout_is_taken_with_the_centre_on_the_left_hand_where_nothing_stands_in_it():
     roundabout = Roundabout(np.array((5.0, 3.0)), 1.0)
     for world, taken in ((Environment(ROOM), True), (PILLARS, False)):

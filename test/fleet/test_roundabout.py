@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.roundabout import Roundabout, predict_crowd, updated
 
 PLACES = st.tuples(st.floats(-8, 8), st.floats(-8, 8))
@@ -77,6 +78,36 @@ def test_where_the_straight_line_misses_the_circle_there_is_no_way_round():
     assert roundabout.way((-3, 1.1), (3, 1.1)) is None
     assert roundabout.way((-3, 0), (-5, 0)) is None
     assert roundabout.way((-3, 0.5), (3, 0.5)) is not None
+
+
+def at(angle, distance):
+    """Return the place so far from the middle of the circle, and the way of who drives round it there."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return distance * np.array((cos, sin)), np.array((-sin, cos))
+
+
+def pace(angle, distance, ahead, away, circle=2.0, **other):
+    """Return the pace on a circle of 2 m of one at ``angle`` behind another that is ``ahead`` [rad] of it."""
+    place, heading = at(angle, distance)
+    before, its_heading = at(angle + ahead, away)
+    neighbour = Neighbour(before, before, (9, 0), **{'radius': RADIUS, 'velocity': its_heading, **other})
+    return Roundabout(np.zeros(2), circle).pace(np.stack([place, place + 0.3 * heading]), (neighbour,), RADIUS)
+
+
+@given(st.floats(-4, 4), st.floats(1.7, 2.3), st.floats(0.22, 0.4), st.floats(-0.1, 0.1))
+def test_who_comes_close_to_one_before_it_on_the_circle_falls_back_the_more_the_closer(angle, distance, ahead, aside):
+    paces = [pace(angle, distance, gap, distance + aside) for gap in (0.2, ahead, ahead + 0.02, 0.6)]
+    assert paces == sorted(paces) and 0.0 < paces[0] < 0.8 and paces[-1] == 1.0
+    assert pace(0.0, distance, ahead, distance + aside) == pytest.approx(paces[1], abs=1e-9)
+
+
+@pytest.mark.parametrize('distance, ahead, away, other', [
+    (2.0, -0.25, 2.0, {}), (2.0, 0.15, 1.5, {}), (1.5, 0.3, 1.35, {}), (2.5, 0.2, 2.65, {}), (2.65, 0.2, 2.5, {}),
+    (1.35, 0.3, 1.5, {}), (2.0, 0.25, 2.0, {'is_parked': True}), (2.0, 0.25, 2.0, {'velocity': (0.5, -0.9)}),
+    (1.6, 0.3, 1.6, {'circle': 1.6}), (2.0, 0.6, 2.0, {'radius': 0.6})])
+def test_nobody_falls_back_behind_who_is_no_rival_nor_off_the_circle_nor_on_a_small_one(distance, ahead, away, other):
+    assert pace(0.0, distance, ahead, away, **other) == 1.0
+    assert pace(0.0, 2.0, 0.25, 2.0) < 0.8
 
 
 def test_the_circle_stays_for_who_is_on_it_and_moves_a_little_for_who_is_far():
