@@ -3,6 +3,7 @@ import socket
 import subprocess
 import sys
 from ipaddress import ip_address
+from pathlib import Path
 
 import pytest
 
@@ -102,3 +103,10 @@ def test_the_client_asks_nobody_where_others_could_answer(start, monkeypatch):
     monkeypatch.delenv('FASTDDS_DEFAULT_PROFILES_FILE')
     code, _, err = start('plan_path', '--start', 1, 1, '--goal', 2, 2).result()
     assert code == 1 and 'FASTDDS_DEFAULT_PROFILES_FILE is not set' in err
+
+
+def test_nobody_asks_for_types_by_the_profile(ros):
+    # In Fast DDS 3.2.2 the thread that takes the answers has ended processes.
+    threads = [(task / 'comm').read_text().strip() for task in Path('/proc/self/task').iterdir()]
+    assert any(name.startswith('dds.udp') for name in threads)
+    assert not [name for name in threads if name.startswith('dds.tls')]
