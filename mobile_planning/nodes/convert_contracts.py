@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Container
+from itertools import accumulate
 
 import numpy as np
 from mobile_planning_msgs.msg import Contracts as ContractsMessage
@@ -36,8 +38,16 @@ def contracts_message(contracts: Contracts, time: float, frame: str) -> Contract
         **wire.link_columns(contracts.answers, 'answer_'))
 
 
-def contracts(message: ContractsMessage, frame: str) -> Contracts:
+def contracts(message: ContractsMessage, frame: str, to: Container[int] | None = None) -> Contracts:
     """Return what a robot offers and answers.
+
+    Parameters
+    ----------
+    message : ContractsMessage
+    frame : str
+        That it must be in.
+    to : container of int, optional
+        Offers and answers to others than these robots are passed over, and not looked at; by default none is.
 
     Raises
     ------
@@ -49,30 +59,32 @@ def contracts(message: ContractsMessage, frame: str) -> Contracts:
     wire.check_head(message, frame)
     columns = (message.peer, message.peer_epoch, message.base_sequence, message.contract, message.first_span,
                message.spans, message.reach)
-    counts, spans = list(map(len, columns)), np.array(message.spans, int)
+    counts, spans, total = list(map(len, columns)), message.spans, sum(message.spans)
     if len(set(counts)) != 1 or counts[0] > MAX_LINKS:
         raise InvalidInput(f'the arrays of the offers have {counts} entries, not the same number up to {MAX_LINKS}')
-    if len(message.normals) != 2 * spans.sum() or len(message.offsets) != 4 * spans.sum():
+    if len(message.normals) != 2 * total or len(message.offsets) != 4 * total:
         raise InvalidInput(f'Contracts has {len(message.normals)} and {len(message.offsets)} numbers for its lines, '
-                           f'not 2 and 4 for each of {spans.sum()}')
-    ends = np.cumsum(spans)[:-1]
-    normals = np.split(np.array(message.normals).reshape(-1, 2), ends)
-    offsets = np.split(np.array(message.offsets).reshape(-1, 4), ends)
-    offers = tuple(
-        Offer(peer, epoch, base, Contract(number, wire.knot(first_span), *lines))
-        for peer, epoch, base, number, first_span, _, *lines in zip(
-            *(map(int, column) for column in columns[:-1]), normals, offsets, _tethers(message, spans)))
-    return Contracts(int(message.robot_id), int(message.boot_epoch), int(message.sequence), offers,
-                     wire.links(message.answer_peer, message.answer_epoch, message.answer_mode, message.answer_contract,
-                                message.answer_promised, message.answer_granted))
-
-
-def _tethers(message, spans):
-    """Return the tether of each offer, None where it has none."""
-    reach = np.array(message.reach)
-    counts = np.where(reach == 0, 0, spans)
-    if len(message.middles) != 8 * counts.sum():
+                           f'not 2 and 4 for each of {total}')
+    tethers = [count if reach != 0 else 0 for count, reach in zip(spans, message.reach)]
+    if len(message.middles) != 8 * sum(tethers):
         raise InvalidInput(f'Contracts has {len(message.middles)} numbers for its middles, not 8 for each of '
-                           f'{counts.sum()}')
-    middles = np.split(np.array(message.middles).reshape(-1, 4, 2), np.cumsum(counts)[:-1])
-    return [Tether(most, places) if most != 0 else None for most, places in zip(reach, middles)]
+                           f'{sum(tethers)}')
+    ends, tether_ends = accumulate(spans), accumulate(tethers)
+    offers = tuple(_offer(message, row, slice(end - spans[row], end), slice(tether_end - tethers[row], tether_end))
+                   for row, end, tether_end in zip(range(counts[0]), ends, tether_ends)
+                   if to is None or message.peer[row] in to)
+    answers = wire.links(message.answer_peer, message.answer_epoch, message.answer_mode, message.answer_contract,
+                         message.answer_promised, message.answer_granted, to=to)
+    return Contracts(int(message.robot_id), int(message.boot_epoch), int(message.sequence), tuple(offers), answers)
+
+
+def _offer(message, row, lines, middles):
+    """Return one of the offers, whose ``lines`` and ``middles`` are these of all."""
+    normals = np.array(message.normals[2 * lines.start:2 * lines.stop]).reshape(-1, 2)
+    offsets = np.array(message.offsets[4 * lines.start:4 * lines.stop]).reshape(-1, 4)
+    tether = None
+    if message.reach[row] != 0:
+        places = np.array(message.middles[8 * middles.start:8 * middles.stop]).reshape(-1, 4, 2)
+        tether = Tether(message.reach[row], places)
+    contract = Contract(message.contract[row], wire.knot(message.first_span[row]), normals, offsets, tether)
+    return Offer(message.peer[row], message.peer_epoch[row], message.base_sequence[row], contract)

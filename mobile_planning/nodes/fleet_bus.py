@@ -34,10 +34,6 @@ _MOST_ROBOTS = 64
 #: Bytes of a publisher's id that name its process: Fast DDS's prefix of a GUID.
 _PROCESS = 12
 
-_KINDS = ((RobotMsg, RobotMessage, '/robot_msgs', convert_robot.robot_msg),
-          (Contracts, ContractsMessage, '/contracts', convert_contracts.contracts),
-          (JointPlan, JointPlanMessage, '/joint_plans', convert_joint_plan.joint_plan))
-
 
 class FleetBus:
     """What the robots of one process say to the fleet and hear of it.
@@ -60,7 +56,11 @@ class FleetBus:
         self._node, self._frame, self._guard = node, frame, guard
         self._robots: dict[int, Any] = {}
         self._publishers = {}
-        for kind, message, topic, to_core in _KINDS:
+        # Of contracts most are between others.
+        kinds = ((RobotMsg, RobotMessage, '/robot_msgs', convert_robot.robot_msg),
+                 (Contracts, ContractsMessage, '/contracts', partial(convert_contracts.contracts, to=self._robots)),
+                 (JointPlan, JointPlanMessage, '/joint_plans', convert_joint_plan.joint_plan))
+        for kind, message, topic, to_core in kinds:
             self._publishers[kind] = node.create_publisher(message, topic, qos.robot_messages())
             node.create_subscription(message, topic, guard.callback(self._hearing(to_core)),
                                      qos.robot_messages(4 * _MOST_ROBOTS))

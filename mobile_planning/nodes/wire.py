@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -78,8 +78,14 @@ def link_columns(links: Mapping[int, Link], prefix: str = '') -> dict[str, array
     return {prefix + name: column for name, column in columns.items()}
 
 
-def links(peers: Sequence[int], *columns: Sequence[int]) -> dict[int, Link]:
+def links(peers: Sequence[int], *columns: Sequence[int], to: Container[int] | None = None) -> dict[int, Link]:
     """Return the links by peer, from one array for the peers and one for each field.
+
+    Parameters
+    ----------
+    peers, *columns : sequence of int
+    to : container of int, optional
+        Links with others than these are passed over; by default none is.
 
     Raises
     ------
@@ -91,4 +97,4 @@ def links(peers: Sequence[int], *columns: Sequence[int]) -> dict[int, Link]:
         raise InvalidInput(f'the arrays of the links have {counts} entries, not the same number up to {MAX_LINKS}')
     if len(set(peers)) != len(peers):
         raise InvalidInput('a message has two links with one robot')
-    return {int(peer): Link(*map(int, link)) for peer, *link in zip(peers, *columns)}
+    return {peer: Link(*link) for peer, *link in zip(peers, *columns) if to is None or peer in to}

@@ -367,6 +367,15 @@ def test_contracts_that_make_no_sense_are_refused_with_a_sentence(fields, words)
     assert refusal.value.code == 251 and len(str(refusal.value)) < 300
 
 
+@given(st.sets(st.integers(1, 6)))
+def test_of_contracts_only_what_is_for_those_who_are_asked_for_is_read(to):
+    message = good_contracts_message()
+    whole, part = convert_contracts.contracts(message, 'map'), convert_contracts.contracts(message, 'map', to)
+    assert [offer.peer_id for offer in part.offers] == [each.peer_id for each in whole.offers if each.peer_id in to]
+    assert part.answers == {peer: link for peer, link in whole.answers.items() if peer in to}
+    assert whole.offers and whole.answers
+
+
 def good_joint_message():
     """Return a plan in which robot 2 makes two moves and robot 3 one, which waits for the first of them."""
     ways = np.array([(0, 0), (1, 0), (2, 0)], float), np.array([(1, 1), (1, 0)], float)
