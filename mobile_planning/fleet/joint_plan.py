@@ -30,8 +30,10 @@ _WIDE_LIMITS = (300, 300)
 _ANY_ORDER = 0.25
 #: A start this near to the goal is the goal [m].
 _HOME = 0.01
-#: What leaves a tight place may come nearer by this [m]: rounding.
+#: Who leaves the start or goal of another may come nearer to it by this [m].
 _SHRINK = 1e-3
+#: Who leaves one that stands may not: the guidance does not draw it there. Numbers are rounded, though [m].
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +210,7 @@ def _avoid(usable, places, edges, starts, radii, base, standing):
     for i, radius in enumerate(radii):
         need = np.tile(radius + wide + TIGHT, (len(edges), 1))
         leaving = (edges == base + i).any(axis=1)
-        need[leaving] = np.minimum(need[leaving], np.linalg.norm(discs - starts[i], axis=1) - _SHRINK)
+        need[leaving] = np.minimum(need[leaving], np.linalg.norm(discs - starts[i], axis=1) - _ROUNDING)
         usable[i] &= (gaps >= need).all(axis=1)
 
 

@@ -8,8 +8,10 @@ from missions import SWAP, mission, robot
 from mobile_planning import PolygonObstacle, RoundObstacle
 from mobile_planning.fleet.channel import Cut
 from mobile_planning.fleet.faults import Faults, Join, Kill
+from mobile_planning.fleet.guidance import Guidance
 from mobile_planning.fleet.joint_plan import Member, plan_jointly
 from mobile_planning.fleet.kinematics import UnicycleKineModel
+from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.roadmap import Roadmap
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.waiting import is_cut_off
@@ -90,6 +92,18 @@ def test_a_robot_drives_past_the_dead_as_close_as_joint_plans_lead():
         own.step(now)
         now += own.cycle
     assert own.is_done
+
+
+def test_who_stands_close_to_the_dead_sees_the_first_move_of_its_joint_plan():
+    room = Environment(Boundary((-2, 2), (-2, 2)))
+    roadmap, rng = Roadmap(room, 0.205), np.random.default_rng(0)
+    for _ in range(100):
+        body, angles, gap = rng.uniform(-0.5, 0.5, 2), rng.uniform(0, 2 * np.pi, (2, 1)), rng.uniform(0.0, 0.01)
+        start, goal = body + np.array([[0.41 + gap], [1.1]]) * np.column_stack([np.cos(angles), np.sin(angles)])
+        (way,) = plan_jointly(roadmap, [Member(start, goal, 0.205)], rng, [(body, 0.205)]).ways
+        drawn = Guidance(room, goal, 0.205, 1.0).follow(way[:2], [start] * 8, 0.125,
+                                                        [Neighbour(body, body, body, 0.205, True)])
+        assert np.allclose(way[-1], goal) and np.linalg.norm(drawn[-1] - start) > 0.02
 
 
 def test_a_paused_robot_is_called_so_and_where():
