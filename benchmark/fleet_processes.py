@@ -49,15 +49,18 @@ class Fleet:
         The robots of each process; a group of one is a process of its own.
     out : Path
         Folder for the scene and the logs.
+    **parameters
+        Of the robots.
     """
 
-    def __init__(self, scene: Mapping, groups: Sequence[Sequence[int]], out: Path):
+    def __init__(self, scene: Mapping, groups: Sequence[Sequence[int]], out: Path, **parameters: object):
         self._groups, self._out = [list(group) for group in groups], out.resolve()
         self._processes: dict[str, subprocess.Popen] = {}
         self._out.mkdir(parents=True, exist_ok=True)
         self._scene = self._out / 'scene.yaml'
         self._scene.write_text(yaml.safe_dump(dict(scene)))
         self._map = scene.get('map')
+        self._parameters = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
 
     def __enter__(self) -> Fleet:
         chosen = ['-p', f"scene:='{self._scene}'"]
@@ -68,7 +71,7 @@ class Fleet:
                 name = f'robot_{group[0]}' if len(group) == 1 else f'robots_{group[0]}_{group[-1]}'
                 which = (['-r', f'__node:={name}', '-p', f'robot_id:={group[0]}'] if len(group) == 1
                          else ['-p', f'robots:={group}'])
-                self._start(name, 'robot', '--ros-args', *which, *chosen)
+                self._start(name, 'robot', '--ros-args', *which, *chosen, *self._parameters)
             self._start('world_sim', 'world_sim', '--ros-args', '-p', f'discovery_timeout:={GATHERING}', *chosen)
         except BaseException:
             self._end()

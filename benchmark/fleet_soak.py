@@ -21,6 +21,8 @@ from benchmark.fleet_processes import ROOT, Fleet
 #: Between two looks [s]; what is held in the first minutes is not growth [min].
 _LOOK, _WARM_UP = 5.0, 2.0
 _LOGS = ROOT / 'out' / 'soak'
+#: Plans that each robot keeps for the judge, those of a minute: the 8000 that it keeps by default take half an hour.
+_KEPT = 240
 
 
 def watched(fleet: Fleet, minutes: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -70,7 +72,7 @@ def main() -> int:
              'robots': options.robots, 'seed': 3, 'endless': lasts, 'timeout': lasts + 60.0}
     groups = [[robot] for robot in range(1, options.robots + 1)]
     try:
-        with Fleet(scene, groups, _LOGS) as fleet:
+        with Fleet(scene, groups, _LOGS, plans_kept=_KEPT) as fleet:
             times, held = watched(fleet, options.minutes)
             told = (_LOGS / 'robot_1.log').read_text()
     except RuntimeError as error:

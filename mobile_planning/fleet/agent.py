@@ -33,8 +33,6 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 _UNKNOWN = 0.1
 #: Robots of one fleet begin their cycles so long after each other [s], as far as there is room for it.
 _APART = 0.012
-#: Plans that a robot keeps for the judge: at four a second those of half an hour.
-_KEPT = 8000
 #: Why a robot stands that was left out.
 _LEFT_OUT = 'left out'
 #: Starts of missions that are told apart by less [s] are those of one.
@@ -63,6 +61,8 @@ class Agent:
         Of the robot; what the processes before have written into it is gone on from.
     is_placed : bool
         Whether the body is where the scene says; else the robot waits for `place`.
+    plans_kept : int
+        So many of its newest plans are there for the judge: at four a second those of half an hour.
     **options
         For `Robot`.
 
@@ -85,10 +85,10 @@ class Agent:
 
     def __init__(self, scene: Scene, robot_id: int, epoch: int, now: float, *,
                  drive: Callable[[Entry], None] = lambda entry: None, book: Logbook = Logbook(),
-                 is_placed: bool = True, **options):
+                 is_placed: bool = True, plans_kept: int = 8000, **options):
         self._premises = Premises(scene, robot_id, is_placed, **options)
         self.robot: Robot | None = None
-        self.epoch, self._id, self._drive = int(epoch), robot_id, drive
+        self.epoch, self._id, self._drive, self._plans_kept = int(epoch), robot_id, drive, plans_kept
         self.journey, self.postscript = Journey(robot_id, scene.errands()), Postscript()
         self._book, self._past, self._stages, self._written = book, book.read(), book.stages(), None
         self._mission: Announcement | None = None
@@ -377,7 +377,7 @@ class Agent:
 
     def _hand_over(self):
         """Let the plan in force be driven, if it is new."""
-        self.robot.forget(_KEPT)
+        self.robot.forget(self._plans_kept)
         solution = self.robot.sol
         if solution.plans[-1] is not self._driven:
             self._driven = solution.plans[-1]

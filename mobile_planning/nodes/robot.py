@@ -89,7 +89,8 @@ class RobotNode(Node):
         # The epoch is the system's time: simulated time begins anew with every simulation.
         epoch = max([int(time()), *(entry.epoch + 1 for entry in left)])
         return Agent(scene, self.robot_id, epoch, self._now(), drive=self._body.drive, book=book,
-                     is_placed=options.simulate and not left, **options.planning(scene))
+                     is_placed=options.simulate and not left, plans_kept=options.plans_kept,
+                     **options.planning(scene))
 
     @property
     def epoch(self) -> int:

@@ -64,6 +64,8 @@ class RobotOptions:
     base_slip: float = option(0.0, 'of the simulated base, standard deviation of its speeds', low=0.0, high=0.9,
                               read_only=True)
     base_noise: float = option(0.0, 'of the simulated pose, standard deviation [m]', low=0.0, high=1.0, read_only=True)
+    plans_kept: int = option(8000, 'of the newest plans, for the judge: at four a second those of half an hour',
+                             low=100, high=1000000, read_only=True)
     logbook: str = option('', 'file by which a simulated body and the goals outlive the process, empty for none; {id} '
                           'stands for the id of the robot', read_only=True)
 

@@ -345,10 +345,9 @@ def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
     assert one.robot.state(45.0)[:2] == pytest.approx((1, 1), abs=0.03)
 
 
-def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_out(monkeypatch):
-    monkeypatch.setattr('mobile_planning.fleet.agent._KEPT', 20)
+def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_out():
     driven = []
-    one = Agent(scene(False), 1, 5, 0.0, drive=lambda entry: driven.append(entry.plan))
+    one = Agent(scene(False), 1, 5, 0.0, drive=lambda entry: driven.append(entry.plan), plans_kept=20)
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
     one.set_goals([(1.5, 1, 0), (1, 1, 0)], How.REPEAT, 0.0)
     drive([one], 0.0, 40.0)
