@@ -7,4 +7,4 @@ launch/setup.sh
 . launch/environment.sh
 # From here pytest imports the source tree, so that what a traceback names can be edited; the executables that tests
 # start are the installed ones, which the set-up has just made the same.
-exec python -m pytest -n 2 --dist loadgroup "$@"
+exec python -m pytest -n 2 "$@"

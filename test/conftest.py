@@ -25,16 +25,19 @@ hypothesis.settings.load_profile('mobile_planning')
 
 # Where tests run in several processes, one of them has all that wait for messages and processes: beside the
 # computing of the others they keep a core, and no two of them load the machine at once.
-_WAITING = ('chaos', 'nodes', 'test_launch.py', 'test_security.py', 'test_setup.py')
+_WAITING = ('test/chaos/', 'test/nodes/', 'test/test_launch.py', 'test/test_security.py', 'test/test_setup.py')
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Give the tests that wait to one process."""
-    here = Path(__file__).parent
-    for item in items:
-        if item.path.is_relative_to(here) and item.path.relative_to(here).parts[0] in _WAITING:
-            item.add_marker(pytest.mark.xdist_group('waiting'))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Give the tests that wait to one process, the others to whoever is free."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return 'waiting' if nodeid.startswith(_WAITING) else nodeid
+
+    return Scheduling(config, log)
 
 
 @pytest.fixture(scope='session')

@@ -352,7 +352,7 @@ def test_every_parameter_has_a_description_and_every_number_a_range(ros, fleet):
     answer = ros.call(DescribeParameters, '/robot_1/describe_parameters', DescribeParameters.Request(names=names))
     assert all(entry.description and entry.read_only for entry in answer.descriptors)
     numbers = [entry for entry in answer.descriptors if entry.type in (2, 3)]
-    assert len(numbers) == 18 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
+    assert len(numbers) == 19 and all(entry.integer_range or entry.floating_point_range for entry in numbers)
 
 
 def test_the_shipped_parameter_file_holds_the_defaults():
