@@ -25,9 +25,15 @@ def make_robots(**kwargs) -> list[RobotNode]:
     """
     asked = Node('robot', enable_rosout=False, start_parameter_services=False, **kwargs)
     try:
-        options = Parameters(asked, RobotOptions).values
+        return _robots(Parameters(asked, RobotOptions).values, kwargs)
     finally:
+        # Only now: with the last node the whole participant would go, and in Fast DDS 3.2.2 another process that has just
+        # found it and now loses it may hang for ever (its issue 6502).
         asked.destroy_node()
+
+
+def _robots(options, kwargs):
+    """Return the nodes that are asked for."""
     if not options.is_several:
         return [RobotNode(**kwargs)]
     nodes: list[RobotNode] = []

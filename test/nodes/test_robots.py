@@ -3,12 +3,14 @@ import pytest
 from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import RobotStatus
 from nav_msgs.msg import Odometry
+from rclpy.node import Node
 from robot_fleet import Fleet
 from std_srvs.srv import Trigger
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import State
 from mobile_planning.nodes import qos
+from mobile_planning.nodes.robot import RobotNode
 from mobile_planning.nodes.robots import make_robots
 
 IDS = (2, 5, 7)
@@ -56,6 +58,21 @@ def test_one_of_them_is_held_while_the_others_go_on(ros, fleet, scene):
 def test_without_a_list_there_is_one_robot_with_the_name_that_it_is_given(ros, scene):
     (node,) = ros.add(make_robots, scene=scene, robot_id=5)
     assert node.robot_id == 5 and node.get_name() == 'robot'
+
+
+def test_who_reads_the_parameters_goes_only_when_the_robots_are_there(ros, scene, monkeypatch):
+    order = []
+
+    class Reader(Node):
+        def destroy_node(self):
+            order.append('reader gone')
+            super().destroy_node()
+
+    monkeypatch.setattr('mobile_planning.nodes.robots.Node', Reader)
+    made = RobotNode._make_agent
+    monkeypatch.setattr(RobotNode, '_make_agent', lambda *args: (order.append('robot there'), made(*args))[1])
+    ros.add(make_robots, scene=scene, robots=[2, 7])
+    assert order == ['robot there', 'robot there', 'reader gone']
 
 
 def test_one_that_is_not_in_the_scene_is_refused_and_none_is_left_behind(ros, scene):
