@@ -9,11 +9,11 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput, PlanningError
-from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.announcement import Announcement
+from mobile_planning.fleet.enlistment import Enlistment
 from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
@@ -26,6 +26,7 @@ from mobile_planning.fleet.reception import Message, Reception
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.scene import Scene
 from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.succession import Succession
 from mobile_planning.world.obstacles import Obstacle
 from mobile_planning.world.occupancy_grid import OccupancyGrid
 
@@ -33,10 +34,6 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 _UNKNOWN = 0.1
 #: Robots of one fleet begin their cycles so long after each other [s], as far as there is room for it.
 _APART = 0.012
-#: Why a robot stands that was left out.
-_LEFT_OUT = 'left out'
-#: Starts of missions that are told apart by less [s] are those of one.
-_ONE = 1e-3
 
 
 class Agent:
@@ -88,13 +85,10 @@ class Agent:
                  is_placed: bool = True, plans_kept: int = 8000, **options):
         self._premises = Premises(scene, robot_id, is_placed, **options)
         self.robot: Robot | None = None
-        self.epoch, self._id, self._drive, self._plans_kept = int(epoch), robot_id, drive, plans_kept
+        self.epoch, self._id = int(epoch), robot_id
         self.journey, self.postscript = Journey(robot_id, scene.errands()), Postscript()
-        self._book, self._past, self._stages, self._written = book, book.read(), book.stages(), None
-        self._mission: Announcement | None = None
+        self._succession, self._enlistment = Succession(book, drive, plans_kept), Enlistment(robot_id)
         self._reception, self._turn = Reception(robot_id), threading.RLock()
-        self._driven, self._is_stopped = None, False
-        self._holds: dict[str, str] = {}
         self._problem = self._world_trouble = ''
         self._make(now)
 
@@ -115,42 +109,37 @@ class Agent:
         """Why the robot does not drive on; empty if nothing keeps it."""
         if self.robot is None:
             return self._problem or self._premises.lacking
-        return '; '.join([*self._holds.values(), *filter(None, [self.journey.trouble, self._world_trouble])])
+        return '; '.join([*self._enlistment.reasons, *filter(None, [self.journey.trouble, self._world_trouble])])
 
     @property
     def is_finished(self) -> bool:
         """Whether the robot has driven its mission: it is done, or was stopped."""
-        return self.robot is not None and (self.journey.is_over or self._is_stopped)
+        return self.robot is not None and (self.journey.is_over or self.is_stopped)
 
     @property
     def is_left_out(self) -> bool:
         """Whether the mission goes on without it, for nobody knows where its body is."""
-        return _LEFT_OUT in self._holds
+        return self._enlistment.is_left_out
 
     @property
     def is_stopped(self) -> bool:
         """Whether its mission was stopped."""
-        return self._is_stopped
+        return self._enlistment.is_stopped
 
     @property
     def solution(self) -> Solution:
         """What the body has driven under all processes, and the goals that it was given; there must be a robot."""
-        if not np.isnan(self.robot.sol.commits[0]):
-            # Older ones have been left out since: what came before them does not join on.
-            return self.journey.solution(self.robot)
-        begun = sum(entry.plan.first_knot * entry.plan.step <= self.mission_start for entry in self._past)
-        # What it drove in other missions is none of this one's.
-        return self.journey.solution(self.robot, self._past[max(begun - 1, 0):])
+        return self._succession.solution(self.journey, self.robot, self.mission_start)
 
     @property
     def mission_start(self) -> float:
         """When the mission began that the robot drives [s]; 0 for none."""
-        return self._mission.start if self._has_started else 0.0
+        return self._enlistment.start if self._has_started else 0.0
 
     @property
     def roster(self) -> tuple[int, ...]:
         """Everybody who takes part in the mission, as far as one is known."""
-        return () if self._mission is None else self._mission.robot_ids
+        return self._enlistment.roster
 
     @property
     def has_answers(self) -> bool:
@@ -242,30 +231,18 @@ class Agent:
             It is of another mission than the one that has started.
         """
         with self._turn:
-            if not self._has_started:
-                self._mission = announcement
-                self._apply(now)
-            elif announcement.name != self._mission.name or announcement.state is State.WAITING:
-                raise InvalidInput(f'mission {announcement.name[:80]} is not followed: '
-                                   f'mission {self._mission.name[:80]} has started, and a robot drives only one')
-            elif announcement.state is State.STOPPED:
-                self.robot.stop()
-                self._is_stopped = True
-            else:
-                self._heed(announcement, now)
+            if self._enlistment.follow(announcement, self.robot, now):
+                self._succession.resume(self.journey, self.robot, self.mission_start, now)
 
     def hold(self, reason: str, sentence: str, now: float) -> None:
         """Let the robot come to rest, and stay until `release` of every ``reason``."""
         with self._turn:
-            self._holds[reason] = sentence
-            if self.robot is not None and not self.robot.is_paused:
-                self.robot.pause(now)
+            self._enlistment.hold(reason, sentence, self.robot, now)
 
     def release(self, reason: str, now: float) -> None:
         """Let the robot drive on, if nothing else holds it."""
         with self._turn:
-            if self._holds.pop(reason, None) is not None and not self._holds and self.robot is not None:
-                self.robot.resume(now)
+            self._enlistment.release(reason, self.robot, now)
 
     def set_goals(self, goals: Sequence[ArrayLike], how: How, now: float) -> int:
         """Drive to ``goals``, (3,) [m, m, rad] each, and return the number of this order; see `Journey.set_goals`.
@@ -332,7 +309,7 @@ class Agent:
         try:
             messages = self.robot.answers(now)
             # A section is put in force, by the receding horizon, as soon as the last grant is heard.
-            self._hand_over()
+            self._succession.hand_over(self.robot, self.epoch)
             return messages
         finally:
             self._turn.release()
@@ -353,7 +330,7 @@ class Agent:
             if self._reception.has_elder_twin(now):
                 section = replace(section, new=None)
             messages = self.robot.commit(section, now)
-            self._hand_over()
+            self._succession.hand_over(self.robot, self.epoch)
             self.journey.go_on(self.robot, now, self.mission_start)
             self._note_stage()
             self._world_trouble = self.robot.world_trouble
@@ -375,29 +352,10 @@ class Agent:
 
     # How it works
 
-    def _hand_over(self):
-        """Let the plan in force be driven, if it is new."""
-        self.robot.forget(self._plans_kept)
-        solution = self.robot.sol
-        if solution.plans[-1] is not self._driven:
-            self._driven = solution.plans[-1]
-            entry = Entry(solution.plans[-1], solution.commits[-1], self.epoch)
-            self._drive(entry)
-            self._book.write(entry)
-
     def _note_stage(self):
         """Write down how far the robot is with its goals, if that is new."""
-        news = self.mission_start, self.journey.orders, self.journey.itinerary.reached, self.robot.goal.tolist()
-        if self._has_started and news != self._written:
-            self._written = news
-            self._book.note(self.journey.stage(self.robot, self.mission_start))
-
-    def _resume(self, now):
-        """Go on with the goals that the process before had in this mission, unless somebody has given others since."""
-        stages = [stage for stage in self._stages if abs(stage.mission_start - self.mission_start) < _ONE]
-        if stages and not self.journey.orders:
-            self.journey.resume(self.robot, stages, now)
-        self._stages = ()
+        if self._has_started:
+            self._succession.note(self.journey, self.robot, self.mission_start)
 
     def _postscript(self, now):
         robot = self.robot
@@ -409,8 +367,7 @@ class Agent:
     @property
     def _has_started(self):
         """Whether a mission with this robot was started."""
-        return (self.robot is not None and self._mission is not None
-                and self._mission.state in (State.STARTED, State.PAUSED) and self._id in self._mission.robot_ids)
+        return self.robot is not None and self._enlistment.has_started
 
     def _enter(self, now):
         """Let the robot go by the world as it is by now."""
@@ -426,29 +383,7 @@ class Agent:
         except PlanningError as error:
             self.robot, self._problem = None, str(error)
             raise
-        self._problem, self._driven = '', None
-        self._hand_over()
-        if self._holds:
-            self.robot.pause(now)
-        if self._mission is not None:
-            self._apply(now)
-
-    def _apply(self, now):
-        """Tell the robot of a mission that has not started before."""
-        if self.robot is None or self._mission.state is State.STOPPED:
-            return
-        self.robot.join(list(self._mission.robot_ids))
-        if self._has_started:
-            self.robot.start(list(self._mission.robot_ids), self._mission.start)
-            self._resume(now)
-            self._heed(self._mission, now)
-
-    def _heed(self, announcement, now):
-        """Pause with the mission, and drive on with it; stay where it goes on without this robot."""
-        if self._id in announcement.left_out:
-            self.hold(_LEFT_OUT, 'the mission goes on without it: it was started anew elsewhere than its last plan has '
-                                 'led it', now)
-        if announcement.state is State.PAUSED:
-            self.hold('mission', 'the mission is paused', now)
-        else:
-            self.release('mission', now)
+        self._problem = ''
+        self._succession.hand_over(self.robot, self.epoch)
+        if self._enlistment.enter(self.robot, now):
+            self._succession.resume(self.journey, self.robot, self.mission_start, now)
