@@ -5,6 +5,7 @@ Nothing of ROS is imported before the handlers of `stop_signals` stand, since th
 from __future__ import annotations
 
 import gc
+import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 PERIOD = 0.2
 # After which a node has loaded what it needs [s].
 SETTLING = 5.0
+# What takes longer to clean up is ended by SIGALRM [s]: in Fast DDS 3.2.2 a participant that goes while others do may
+# wait for ever, in a loop that lets nothing of Python run.
+FAREWELL = 10
 
 
 def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None) -> int:
@@ -128,11 +132,22 @@ def _live(make_node, args, stop):
     except SystemExit as end:
         return int(end.code or 0)
     finally:
+        _clean_up(executor, nodes)
+
+
+def _clean_up(executor, nodes):
+    """End everything, or the process."""
+    import rclpy
+
+    signal.alarm(FAREWELL)
+    try:
         if executor is not None:
             executor.shutdown()
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
+    finally:
+        signal.alarm(0)
 
 
 def spin_until(executor: Executor, is_over: Callable[[], object], timeout: float = float('inf'),

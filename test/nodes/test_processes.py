@@ -1,6 +1,8 @@
 """Every executable as a process: it starts, answers, and ends as it should."""
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -69,6 +71,25 @@ def test_both_signals_in_a_row_end_it_well(ros, start):
     process.signal(signal.SIGINT)
     process.signal(signal.SIGTERM)
     assert_ended_well(process)
+
+
+def test_a_middleware_that_never_lets_go_does_not_keep_the_process():
+    # By PyDLL a function of C keeps all of Python waiting, as the middleware's own do.
+    ended = subprocess.run([sys.executable, '-c', """
+import ctypes
+from mobile_planning.nodes import spin
+def make():
+    from rclpy.node import Node
+    class Stuck(Node):
+        def destroy_node(self):
+            print('about to go', flush=True)
+            ctypes.PyDLL(None).sleep(1000)
+    return Stuck('stuck')
+spin.FAREWELL = 1
+spin._spin = lambda executor, is_over: None
+spin.run(make, ['stuck'])
+"""], capture_output=True, text=True, timeout=60)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGALRM, 'about to go\n', '')
 
 
 @pytest.mark.parametrize('arguments, words', [
