@@ -57,12 +57,16 @@ class Launch:
         path = self.out / 'log' / f'{name}.log'
         return path.read_text() if path.exists() else ''
 
+    def last_words(self):
+        """Return the end of what each node has written, for whoever is to find out what happened."""
+        return {log.name: log.read_text()[-300:] for log in sorted((self.out / 'log').glob('*.log'))}
+
     def until(self, condition):
         """Wait until the condition holds and return what it returned."""
         end = time.monotonic() + PATIENCE
         while not (result := condition()):
-            assert self.popen.poll() is None, self.result()
-            assert time.monotonic() < end, f'not within {PATIENCE} s'
+            assert self.popen.poll() is None, (self.result(), self.last_words())
+            assert time.monotonic() < end, (f'not within {PATIENCE} s', self.last_words())
             time.sleep(0.05)
         return result
 

@@ -27,8 +27,8 @@ def make_robots(**kwargs) -> list[RobotNode]:
     try:
         return _robots(Parameters(asked, RobotOptions).values, kwargs)
     finally:
-        # Only now: with the last node the whole participant would go, and in Fast DDS 3.2.2 another process that has just
-        # found it and now loses it may hang for ever (its issue 6502).
+        # Only now: with the last node the whole participant would go, and in Fast DDS 3.2.2 another process that has
+        # just found it and at once loses it may hang for ever (its issue 6502).
         asked.destroy_node()
 
 
