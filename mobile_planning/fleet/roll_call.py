@@ -45,8 +45,8 @@ class RollCall:
         return now - self._heard[robot_id][2]
 
     def present(self, now: float) -> list[tuple[RobotMsg, Postscript]]:
-        """Return what each robot said last, and told beside it, of those that are heard still."""
-        return [(message, postscript) for robot_id, (message, postscript, _) in self._heard.items()
+        """Return what each robot said last, and told beside it, of those that are heard still, by their ids."""
+        return [(message, postscript) for robot_id, (message, postscript, _) in sorted(self._heard.items())
                 if self._is_fresh(robot_id, now)]
 
     def silent(self, now: float) -> list[int]:

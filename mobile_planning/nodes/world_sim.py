@@ -60,7 +60,7 @@ class WorldSimNode(Node):
         self.create_subscription(SolutionMessage, '/solutions', guarded(self._on_solution), qos.SOLUTION_READER)
         MissionServices(self, self._guard, self._mission, self._now, self._announce, self._certify)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(0.1, guarded(self._on_tick), clock=steady)
+        self._tick = self.create_timer(0.1, guarded(self._on_tick), clock=steady)
         self.create_timer(0.5, guarded(self._on_markers), clock=steady)
         self.create_timer(1.0, guarded(self._certify), clock=steady)
         Diagnostics(self, self._guard, self._diagnosis)
@@ -108,6 +108,7 @@ class WorldSimNode(Node):
         if self._mission.state is not State.WAITING or monotonic() > self._born + _LISTEN:
             self._announce()
         if self._mission.is_over(monotonic()):
+            self._tick.cancel()
             self._judge()
 
     def _judge(self):

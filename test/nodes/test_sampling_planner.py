@@ -77,7 +77,8 @@ def obstacle_array(frame='map', discs=(), corners=(), polygons=(), velocities=()
 
 @pytest.mark.parametrize('name', ['prm', 'prm_dubins', 'prm_reeds_shepp', 'rrt', 'rrt_star'])
 def test_every_planner_answers_by_its_id_and_keeps_out_of_the_wall(ros, planner, grid, name):
-    answer = ask(ros, planner=name, deadline=seconds_of(1.0), seed=3)
+    # One makes the best of its time, the others need a busy machine's worst.
+    answer = ask(ros, planner=name, deadline=seconds_of(2.0 if name == 'rrt_star' else 20.0), seed=3)
     assert answer.error_code == 0, answer.error_msg
     poses = path_poses(answer.path)
     assert np.allclose(poses[0], START) and np.allclose(poses[-1], GOAL, atol=0.1)

@@ -224,7 +224,10 @@ def test_a_robot_that_falls_silent_on_its_way_is_named_and_takes_part_again_when
     assert robots.end(node) == 0
 
 
-def test_it_takes_up_a_mission_that_another_process_has_started_and_says_since_when(ros, robots, scene, capfd):
+def test_it_takes_up_a_mission_that_another_process_has_started_and_says_since_when(
+        ros, robots, scene, capfd, monkeypatch):
+    # On a busy machine it may take a while until it hears them.
+    monkeypatch.setattr('mobile_planning.nodes.world_sim._LISTEN', 20.0)
     robots.start = robots.now - 5.0
     robots.said = {1: (EPOCH, [2], Mode.DRIVING), 2: (EPOCH, [1], Mode.DRIVING)}
     node = ros.add(WorldSimNode, scene=str(scene), autostart=False)
