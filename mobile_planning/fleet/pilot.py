@@ -121,8 +121,16 @@ class Pilot:
 
     def reference(self, time: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at ``time`` [s] by the plans."""
+        return self._references(time)[0]
+
+    def _references(self, *times):
+        """Return the states (N, 5) at ``times`` [s] by the plans."""
         plans = self._plans
-        return next((plan for plan in reversed(plans) if plan.first_knot * plan.step <= time), plans[0]).state(time)
+        at = [next((plan for plan in reversed(plans) if plan.first_knot * plan.step <= time), plans[0])
+              for time in times]
+        if all(plan is at[0] for plan in at):
+            return at[0].states(np.array(times))
+        return np.stack([plan.state(time) for plan, time in zip(at, times)])
 
     def command(self, now: float, period: float) -> NDArray[np.float64]:
         """Return the speeds (v, omega) [m/s, rad/s] from ``now`` [s] on, for about ``period`` [s]."""
@@ -135,32 +143,34 @@ class Pilot:
         is_tracking = drift <= self._most_drift
         if is_tracking:
             # What is commanded now holds for the whole period: the speeds are those in its middle.
-            reference, middle = self.reference(now), now + period / 2
-            reference[3:] = self.reference(middle)[3], self._turn_rate(middle)
-            command = self._tracker.command(reference, pose)
+            command = self._tracker.command(self._wanted(now, now + period / 2), pose)
         command = self._tracker.eased(command, self._commands[-1][1] if self._commands else np.zeros(2), period)
         self._commands.append((now, command))
         self.status = PilotStatus(self._worst.error, fix[2], drift, now - fix[1], is_tracking)
         return command
 
-    def _turn_rate(self, time):
-        """Return the turn rate [rad/s] about ``time`` [s] by the plans, as a drive can follow it.
+    def _wanted(self, now, middle):
+        """Return x, y, theta at ``now`` [s] by the plans, and v and omega (5,) in the ``middle`` [s] of the period.
 
-        Plans begin and end to turn at once. A drive that begins as much earlier as it ends later has turned as far.
+        Plans begin and end to turn at once. A drive that begins as much earlier as it ends later has turned as far:
+        so the turn rate is that of the drive's window.
         """
         window = self._tracker.window
-        if not window:
-            return self.reference(time)[4]
-        before, after = (self.reference(time + side * window / 2)[2] for side in (-1, 1))
-        return wrap_angle(after - before) / window
+        here, there, before, after = self._references(now, middle, middle - window / 2, middle + window / 2)
+        here[3] = there[3]
+        here[4] = wrap_angle(after[2] - before[2]) / window if window else there[4]
+        return here
 
     def _reckoned(self, fix, now):
         """Return the pose (3,) at ``now`` by what was commanded since the fix, and the length of that way [m]."""
         pose, since, _ = fix
-        commands = list(self._commands)
-        way = 0.0
-        for (begin, command), end in zip(commands, [begin for begin, _ in commands[1:]] + [now]):
-            duration = end - max(begin, since)
+        parts, end, way = [], now, 0.0
+        for begin, command in reversed(self._commands):
+            parts.append((command, end - max(begin, since)))
+            end = begin
+            if begin <= since:
+                break
+        for command, duration in reversed(parts):
             if duration > 0.0:
                 pose = driven(pose, command, duration)
                 way += abs(float(command[0])) * duration
