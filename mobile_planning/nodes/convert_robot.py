@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Collection
 from math import nan
 
 import numpy as np
@@ -41,8 +42,17 @@ def robot_message(message: RobotMsg, time: float, frame: str, postscript: Postsc
         proposing=bool(message.joint.is_proposing), **_hold_up_fields(postscript))
 
 
-def robot_msg(message: RobotMessage, frame: str) -> RobotMsg:
+def robot_msg(message: RobotMessage, frame: str, to: Collection[int] | None = None) -> RobotMsg:
     """Return what a robot said.
+
+    Parameters
+    ----------
+    message : RobotMessage
+    frame : str
+        That it must be in.
+    to : collection of int, optional
+        Links with others than these robots and the sender itself are passed over, and not looked at; by default none
+        is.
 
     Raises
     ------
@@ -57,14 +67,15 @@ def robot_msg(message: RobotMessage, frame: str) -> RobotMsg:
     if max(len(message.intended_path_z1), len(message.intended_path_z2)) > MAX_POINTS:
         raise InvalidInput(f'the intended path of a RobotMsg has {len(message.intended_path_z1)} and '
                            f'{len(message.intended_path_z2)} numbers, more than {MAX_POINTS}')
+    sender = int(message.robot_id)
     return RobotMsg(
         bool(message.done_planning), np.array(message.intended_path_z1), np.array(message.intended_path_z2),
-        np.array(message.latest_z), robot_id=int(message.robot_id), boot_epoch=int(message.boot_epoch),
+        np.array(message.latest_z), robot_id=sender, boot_epoch=int(message.boot_epoch),
         sequence=int(message.sequence), mode=Mode(message.mode), plan=_plan(message), plan_seq=int(message.plan_seq),
         radius=message.radius, v_max=message.v_max, omega_max=message.omega_max, a_max=message.a_max,
         goal=np.array(message.goal),
         links=wire.links(message.peer, message.peer_epoch, message.link_mode, message.contract, message.promised,
-                         message.granted), joint=_joint_status(message))
+                         message.granted, to=None if to is None else {sender, *to}), joint=_joint_status(message))
 
 
 def postscript(message: RobotMessage) -> Postscript:

@@ -56,8 +56,8 @@ class FleetBus:
         self._node, self._frame, self._guard = node, frame, guard
         self._robots: dict[int, Any] = {}
         self._publishers = {}
-        # Of contracts most are between others.
-        kinds = ((RobotMsg, RobotMessage, '/robot_msgs', convert_robot.robot_msg),
+        # Most links and contracts are between others.
+        kinds = ((RobotMsg, RobotMessage, '/robot_msgs', partial(convert_robot.robot_msg, to=self._robots)),
                  (Contracts, ContractsMessage, '/contracts', partial(convert_contracts.contracts, to=self._robots)),
                  (JointPlan, JointPlanMessage, '/joint_plans', convert_joint_plan.joint_plan))
         for kind, message, topic, to_core in kinds:

@@ -102,6 +102,16 @@ def test_what_a_robot_says_arrives_as_it_was(message):
         assert np.array_equal(fields[name], others[name])
 
 
+@given(robot_msgs(), st.data())
+def test_of_the_links_of_a_robot_only_those_asked_for_and_that_with_itself_are_looked_at(message, data):
+    asked = set(data.draw(st.lists(st.sampled_from([*message.links, message.robot_id, 2**32 - 1]))))
+    written = sent(convert_robot.robot_message(message, 12.5, 'map'))
+    received = convert_robot.robot_msg(written, 'map', to=asked)
+    known = asked | {message.robot_id}
+    assert received.links == {peer: link for peer, link in message.links.items() if peer in known}
+    assert received.method == message.method
+
+
 peers = st.lists(st.integers(0, 2**32 - 1), max_size=4).map(tuple)
 
 
