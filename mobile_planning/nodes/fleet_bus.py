@@ -1,6 +1,7 @@
 """FleetBus: the topics that all robots share, for the robots of one process.
 
-Each message is converted once, however many robots of the process it is for, and only when it is to be listened to.
+Each message is made an object once, however many robots of the process it is for, and only when it is to be listened
+to: what is to be turned away, and contracts between others, are told by how they begin.
 """
 from __future__ import annotations
 
@@ -19,13 +20,16 @@ from mobile_planning_msgs.msg import RobotMsg as RobotMessage
 from mobile_planning_msgs.msg import Solution as SolutionMessage
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 
+from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.message import Contracts, RobotMsg
 from mobile_planning.fleet.peers import PeerTable
 from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.solution import Solution
-from mobile_planning.nodes import convert, convert_contracts, convert_joint_plan, convert_mission, convert_robot, qos
+from mobile_planning.nodes import (
+    convert, convert_contracts, convert_joint_plan, convert_mission, convert_robot, qos, skim, wire)
 from mobile_planning.nodes.convert_map import occupancy_grid
 from mobile_planning.nodes.guard import Guard
 
@@ -62,8 +66,8 @@ class FleetBus:
                  (JointPlan, JointPlanMessage, '/joint_plans', convert_joint_plan.joint_plan))
         for kind, message, topic, to_core in kinds:
             self._publishers[kind] = node.create_publisher(message, topic, qos.robot_messages())
-            node.create_subscription(message, topic, guard.callback(self._hearing(to_core)),
-                                     qos.robot_messages(4 * _MOST_ROBOTS))
+            node.create_subscription(message, topic, guard.callback(self._hearing(message, to_core)),
+                                     qos.robot_messages(4 * _MOST_ROBOTS), raw=True)
         self._solutions = node.create_publisher(SolutionMessage, '/solutions', qos.latched(_MOST_ROBOTS))
         self._listen(MissionMessage, '/mission', qos.MISSION, convert_mission.announcement, 'on_mission')
         self._listen(ObstacleArray, '/obstacles', qos.latched(),
@@ -126,29 +130,45 @@ class FleetBus:
         convert.check_frame(message.header.frame_id, self._frame, 'the map')
         return occupancy_grid(message)
 
-    def _hearing(self, to_core: Callable) -> Callable:
-        """Return the callback of what robots say to each other."""
-        def hear(message, info):
-            own = self._robots.get(message.robot_id)
-            is_own = own is not None and own.epoch == message.boot_epoch
+    def _hearing(self, kind: type, to_core: Callable) -> Callable:
+        """Return the callback of what robots say to each other, serialised."""
+        def hear(content, info):
+            head = skim.head(content)
+            own = self._robots.get(head.robot_id)
+            is_own = own is not None and own.epoch == head.boot_epoch
             if is_own and len(self._robots) == 1:
                 return
             now, time = monotonic(), self.now()
             if own is None:
-                self.peers.admit(message.robot_id, message.boot_epoch, process_of(info),
-                                 stamp=convert.seconds(message.header.stamp), time=time, now=now)
-            content = to_core(message, self._frame)
-            if own is None and isinstance(content, RobotMsg):
+                self.peers.admit(head.robot_id, head.boot_epoch, process_of(info), stamp=head.stamp, time=time, now=now)
+                if kind is ContractsMessage and not self._concerns(content, head):
+                    return
+            message = _deserialised(content, kind)
+            told = to_core(message, self._frame)
+            if own is None and kind is RobotMessage:
                 self._note_lag(message, time, now)
             for robot_id, robot in self._robots.items():
-                if robot_id != message.robot_id or not is_own:
-                    robot.hear(content, time)
+                if robot_id != head.robot_id or not is_own:
+                    robot.hear(told, time)
         return hear
+
+    def _concerns(self, content, head):
+        """Whether Contracts is to be looked at: it is for a robot of this process, or to be refused."""
+        is_sound = head.frame == self._frame and head.version == wire.layout(ContractsMessage)
+        return not is_sound or skim.concerns(content, head.size, self._robots)
 
     def _note_lag(self, message, time, now):
         told = convert_robot.postscript(message).lags
         self.peers.note(message.robot_id, time - convert.seconds(message.header.stamp),
                         next((told[robot_id] for robot_id in self._robots if robot_id in told), nan), now)
+
+
+def _deserialised(content, kind):
+    """Return a message of ``kind`` as an object."""
+    try:
+        return deserialize_message(content, kind)
+    except RuntimeError as error:
+        raise InvalidInput(f'a {kind.__name__} of {len(content)} bytes cannot be read: {error}') from None
 
 
 def process_of(info: Mapping) -> bytes | None:
