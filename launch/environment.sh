@@ -22,7 +22,5 @@ else
 fi
 # Two sessions on one host seldom meet.
 export ROS_DOMAIN_ID="${ROS_DOMAIN_ID:-$(($$ % 100 + 1))}"
-# Without it, an int in a float64 field goes out as another number and nobody says so.
-export ROS_PYTHON_CHECK_FIELDS=1
 
 unset mobile_planning_root
