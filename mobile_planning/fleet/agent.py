@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement
 from mobile_planning.fleet.enlistment import Enlistment
+from mobile_planning.fleet.goal_request import GoalRequest, Outlook
 from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
@@ -337,24 +338,33 @@ class Agent:
             self.postscript = self._postscript(now)
             return messages
 
-    def take_request(self) -> JointRequest | GroundRequest | None:
-        """Return the request for a joint plan that has fallen due in `step`, if any, once.
+    def take_request(self) -> GoalRequest | JointRequest | GroundRequest | None:
+        """Return the request for the way to the next goal or for a joint plan that has fallen due, if any, once.
 
         ``request.plan()`` may be called in any thread, while the agent goes on; its answer goes to `propose`.
         """
         with self._turn:
-            return None if self.robot is None else self.robot.take_request()
+            if self.robot is None:
+                return None
+            return self.journey.take_request(self.robot) or self.robot.take_request()
 
-    def propose(self, plan: JointPlan | None, now: float) -> list[JointPlan]:
-        """Put in force at ``now`` [s] the joint plan that was requested; return what is to be sent."""
+    def propose(self, plan: Outlook | JointPlan | None, now: float) -> list[JointPlan]:
+        """Put in force at ``now`` [s] the answer to a request; return what is to be sent."""
         with self._turn:
-            return [] if self.robot is None else self.robot.propose(plan, now)
+            if self.robot is None:
+                return []
+            if isinstance(plan, Outlook):
+                self.journey.set_out(self.robot, plan, now)
+                self._note_stage()
+                return []
+            return self.robot.propose(plan, now)
 
     # How it works
 
     def _note_stage(self):
         """Write down how far the robot is with its goals, if that is new."""
-        if self._has_started:
+        # Where it drives next is not settled between two goals: another process begins at the one it has reached.
+        if self._has_started and not self.journey.is_between_goals:
             self._succession.note(self.journey, self.robot, self.mission_start)
 
     def _postscript(self, now):

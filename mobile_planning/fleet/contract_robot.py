@@ -5,8 +5,9 @@ it in its `Protocol`, and whom it goes after in its `Coordination`.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, fields, replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -87,15 +88,17 @@ class ContractRobot(Robot):
         self._ground.require_start(kine_model.z_init)
         self._motion = Motion(self._in_force, self.protocol, self._ground, options, self.limits)
         self._problem = SectionProblem(self.limits, step, options.spans, options.solver)
-        self._course = self._course_to(kine_model, 0.0)
+        self._course = self._making_course(kine_model, 0.0)()
         self._course.guidance.prepare()
         self._coordination = Coordination(self.eyed, self.environment, radius, v_max, boot_epoch=int(epoch))
         self._coordination.prepare()
         self._is_planning, self._cycles = False, 0
         self._told: RobotMsg | None = None
 
-    def _course_to(self, model, now):
-        return Course(model.q_final, self.plan.end, self._ground, self._problem, reverse=self.options.reverse, now=now)
+    def _making_course(self, model, now):
+        """Return the function that makes the way on which a model leads."""
+        return partial(Course, model.q_final, self.plan.end, self._ground, self._problem, reverse=self.options.reverse,
+                       now=now)
 
     def restarted(self, epoch: int, now: float) -> ContractRobot:
         world = self.environment
@@ -107,14 +110,20 @@ class ContractRobot(Robot):
     def join(self, roster: Sequence[int], resting: Mapping[int, tuple[NDArray, float]] | None = None) -> None:
         self.protocol.join(list(roster), resting or {})
 
-    def set_goal(self, q_final: ArrayLike, now: float) -> None:
+    def looking_ahead(self, q_final: ArrayLike) -> Callable[[], Course]:
+        return self._making_course(self._model_to(q_final), self._in_force.now)
+
+    def set_goal(self, q_final: ArrayLike, now: float, course: Course | None = None) -> None:
         """Drive to another goal from ``now`` [s] on, whether the last one was reached or not; see `Robot.set_goal`.
 
         The plan in force stands until the next commit, and so do all contracts. A joint plan that the robot takes part
         in ends for it, for it led to the old goal. On a map this takes about as long as a section: the field of the way
-        to the goal is computed, where the goal is not in plain sight.
+        to the goal is computed, where the goal is not in plain sight, unless `looking_ahead` has done so.
         """
-        self.k_mod, self._course = self._towards(q_final, now)
+        model = self._model_to(q_final)
+        if course is None or not course.leads(model.q_final, self._ground):
+            course = self._making_course(model, now)()
+        self.k_mod, self._course, course.progress_at = model, course, now
         self._coordination.leave()
         self._orders.renew()
 
@@ -141,12 +150,7 @@ class ContractRobot(Robot):
         self._course.guidance.lead(path[:, :2])
 
     def require_goal(self, q_final: ArrayLike) -> None:
-        self._towards(q_final, 0.0)
-
-    def _towards(self, q_final, now):
-        """Return model and course that lead to a goal."""
-        model = self._model_to(q_final)
-        return model, self._course_to(model, now)
+        self._making_course(self._model_to(q_final), 0.0)()
 
     def pause(self, now: float) -> None:
         """Come to rest from ``now`` [s] on, as soon as its contracts allow, and stay until `resume`.

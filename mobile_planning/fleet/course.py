@@ -4,7 +4,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.ground import Ground
@@ -76,6 +76,10 @@ class Course:
         return Horizon(self._problem, self._place, ground.pieces, reverse=self._reverse)
 
     # The goal
+
+    def leads(self, goal: ArrayLike, ground: Ground) -> bool:
+        """Return whether this is the way to ``goal`` (3,) [m, m, rad], on that very ground."""
+        return ground is self._ground and np.array_equal(goal, self._goal)
 
     @property
     def final_heading(self) -> float:

@@ -159,7 +159,7 @@ class HorizonRobot(Robot):
         super().stop()
         self.protocol.drop()
 
-    def set_goal(self, q_final: ArrayLike, now: float) -> None:
+    def set_goal(self, q_final: ArrayLike, now: float, course: None = None) -> None:
         """Drive to another goal from ``now`` [s] on, whether the last one was reached or not; see `Robot.set_goal`.
 
         The section in force stands, and the next one leads to the new goal.

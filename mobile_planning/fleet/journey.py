@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.errands import Errands
+from mobile_planning.fleet.goal_request import GoalRequest, Outlook
 from mobile_planning.fleet.itinerary import How, Itinerary
 from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.robot import Robot
@@ -37,12 +38,17 @@ class Journey:
     def __init__(self, robot_id: int, errands: Errands | None = None):
         self.itinerary, self.orders, self.trouble = Itinerary(robot_id, errands), 0, ''
         self._is_at_goal = self._is_counted = False
-        self._told = 0
+        self._told, self._next, self._is_asked = 0, None, False
 
     @property
     def is_over(self) -> bool:
         """Whether the robot has reached all goals that are known."""
-        return self._is_at_goal and not self.itinerary.left
+        return self._is_at_goal and self._next is None and not self.itinerary.left
+
+    @property
+    def is_between_goals(self) -> bool:
+        """Whether the way to the next goal is being made."""
+        return self._next is not None
 
     def set_goals(self, robot: Robot, goals: Sequence[ArrayLike], how: How, now: float) -> None:
         """Let the robot drive to ``goals``, (3,) [m, m, rad] each, one after the other, from ``now`` [s] on.
@@ -86,24 +92,37 @@ class Journey:
         self.orders += 1
 
     def go_on(self, robot: Robot, now: float, mission_start: float) -> None:
-        """Send a robot that has reached its goal by ``now`` [s] to the next one.
+        """Choose the next goal of a robot that has reached its goal by ``now`` [s]; see `take_request`.
 
         Parameters
         ----------
         robot : Robot
         now, mission_start : float [s]
         """
-        if not robot.is_done:
+        if not robot.is_done or self.is_between_goals:
             return
         if not self._is_counted:
             self.itinerary.arrivals.append((robot.goal, now))
         self._is_at_goal = self._is_counted = True
         taken = [(message.goal, message.radius) for message in robot.heard().values()]
-        goal = self.itinerary.next_goal(now - mission_start, taken)
-        if goal is None:
+        self._next, self._is_asked = self.itinerary.next_goal(now - mission_start, taken), False
+
+    def take_request(self, robot: Robot) -> GoalRequest | None:
+        """Return the request for the way to the goal that was chosen, if any, once; its answer goes to `set_out`."""
+        if self._next is None or self._is_asked:
+            return None
+        self._is_asked = True
+        return GoalRequest(self._next, robot.looking_ahead(self._next))
+
+    def set_out(self, robot: Robot, outlook: Outlook, now: float) -> None:
+        """Send the robot at ``now`` [s] to the goal that was chosen, if no other was given since."""
+        if outlook.goal is not self._next:
             return
+        self._next = None
         try:
-            robot.set_goal(goal, now)
+            if outlook.refusal is not None:
+                raise outlook.refusal
+            robot.set_goal(outlook.goal, now, outlook.course)
             self._set_out()
         except PlanningError as error:
             # It stays where it is, and goes on to the goal after this one.
@@ -136,5 +155,5 @@ class Journey:
                        reached_before=self.itinerary.reached_by(first.first_knot * first.step))
 
     def _set_out(self):
-        self._is_at_goal = self._is_counted = False
+        self._next, self._is_at_goal, self._is_counted = None, False, False
         self.trouble = ''

@@ -7,7 +7,7 @@ and in real time behind the ROS node.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral
 from typing import Any
 
@@ -121,8 +121,15 @@ class Robot(ABC):
         """Finish the plan in force, which ends at rest, and stay there."""
         self._orders.stop()
 
+    def looking_ahead(self, q_final: ArrayLike) -> Callable[[], Any]:
+        """Return a function that makes what `set_goal` takes for another goal, and touches nothing of the robot.
+
+        So it can be called in another thread, while the robot goes on. It raises what `set_goal` would raise.
+        """
+        return lambda: None
+
     @abstractmethod
-    def set_goal(self, q_final: ArrayLike, now: float) -> None:
+    def set_goal(self, q_final: ArrayLike, now: float, course: Any = None) -> None:
         """Drive to another goal from ``now`` [s] on, whether the last one was reached or not.
 
         What is in force stands, and so does all that was agreed: no other robot has to be asked. A robot that waits, is
@@ -132,6 +139,8 @@ class Robot(ABC):
         ----------
         q_final : (3,) array_like [m, m, rad]
         now : float [s]
+        course : object
+            What `looking_ahead` has made for this goal, if it has.
 
         Raises
         ------

@@ -171,7 +171,7 @@ class RobotNode(Node):
         self._say(messages)
         self._answer_soon()
         if request is not None:
-            # A joint plan takes longer than a cycle may.
+            # A joint plan takes longer than a cycle may, and so does the way to another goal.
             plan = await self.host.joint_worker.submit(request.plan)
             self._say(await self.host.worker.submit(lambda: self._agent.propose(plan, self._now())))
 

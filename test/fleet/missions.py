@@ -57,3 +57,11 @@ def under_way(count=6):
     for cycle in range(count):
         agent.step(cycle * agent.Tc)
     return agent, count * agent.Tc
+
+
+def stepped(agent, now):
+    """Let an `Agent` take a step and make what it asks for; return what it says."""
+    messages = agent.step(lambda: now)
+    while (request := agent.take_request()) is not None:
+        messages += agent.propose(request.plan(), now)
+    return messages

@@ -5,10 +5,12 @@ from itertools import permutations, product
 
 import numpy as np
 import pytest
+from missions import stepped
 
 from mobile_planning.errors import GoalOccupied, InvalidInput, PlanningError, StartOccupied
 from mobile_planning.fleet.agent import Agent
 from mobile_planning.fleet.announcement import Announcement, State
+from mobile_planning.fleet.goal_request import GoalRequest
 from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.logbook import Logbook
 from mobile_planning.fleet.message import Contracts, Mode
@@ -39,7 +41,7 @@ def drive(agents, begin, end):
     """Let the agents talk for a while, in logical time [s]; what falls due in between is said at once."""
     for now in np.arange(begin, end, 0.25):
         for sender in agents:
-            messages = sender.step(lambda: now)
+            messages = stepped(sender, now)
             while messages:
                 for message in messages:
                     for each in agents:
@@ -327,6 +329,48 @@ def test_goals_before_there_is_a_robot_are_refused():
     assert one.robot.goal.tolist() == [2, 2, 0]
 
 
+def at_the_first_of_two_goals():
+    """Return an agent that has just asked for the way to its second goal, the request, and the time."""
+    one = agent(1, False)
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    one.set_goals([(2, 2, 0), (3, 2, 0)], How.REPLACE, 0.0)
+    for now in np.arange(0.0, 30.0, 0.25):
+        one.step(lambda: now)
+        request = one.take_request()
+        if isinstance(request, GoalRequest):
+            return one, request, now
+    raise AssertionError('it never asked')
+
+
+def test_while_the_way_to_the_next_goal_is_made_the_robot_goes_on_and_is_not_finished():
+    one, request, now = at_the_first_of_two_goals()
+    assert one.take_request() is None and not one.is_finished and one.journey.itinerary.reached == 1
+    assert len(one.step(lambda: now + 0.25)) == 1 and one.robot.goal[:2].tolist() == [2, 2]
+    one.propose(request.plan(), now + 0.5)
+    assert one.robot.goal[:2].tolist() == [3, 2] and one.distance_left(now + 0.5) == pytest.approx(1.0, abs=0.03)
+    for later in np.arange(now + 0.5, now + 10.0, 0.25):
+        stepped(one, later)
+    assert one.is_finished and one.journey.itinerary.reached == 2
+
+
+def test_a_goal_given_meanwhile_is_driven_to_and_the_way_to_the_other_is_forgotten():
+    one, request, now = at_the_first_of_two_goals()
+    one.set_goals([(1, 3, 0)], How.REPLACE, now)
+    one.propose(request.plan(), now + 0.25)
+    assert one.robot.goal[:2].tolist() == [1, 3] and one.take_request() is None
+
+
+@pytest.mark.parametrize('is_made_before', [True, False])
+def test_a_goal_that_is_occupied_by_the_time_its_way_is_made_is_left_out(is_made_before):
+    one, request, now = at_the_first_of_two_goals()
+    answer = request.plan() if is_made_before else None
+    one.take_obstacles([RoundObstacle((3, 2), 0.3)], now)
+    one.propose(answer or request.plan(), now + 0.25)
+    assert one.robot.goal[:2].tolist() == [2, 2] and 'a goal is left out: goal (3.000, 2.000)' in one.trouble
+    one.step(lambda: now + 0.5)
+    assert one.is_finished
+
+
 def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
     one = agent(1, False)
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
@@ -334,7 +378,7 @@ def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
     one.set_goals([(3, 3, 0)], How.APPEND, 0.0)
     stops = []
     for now in np.arange(0.0, 30.0, 0.25):
-        one.step(lambda: now)
+        stepped(one, now)
         stops.append(tuple(one.robot.goal[:2].tolist()))
     assert list(dict.fromkeys(stops)) == [(2, 2), (3, 2), (3, 3)]
     assert one.is_finished and one.journey.itinerary.reached == 3

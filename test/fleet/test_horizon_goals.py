@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from missions import ROOM, exchange, mission, robot
+from missions import ROOM, exchange, mission, robot, stepped
 
 from mobile_planning import InvalidInput, RoundObstacle
 from mobile_planning.errors import GoalOccupied, GoalOutside
@@ -236,7 +236,7 @@ def test_an_agent_is_given_goals_paused_and_hands_over_each_section_before_it_is
                 each.receive(message, now)
     for now in np.arange(0.002, 24.0, CYCLE):
         for one in agents:
-            say(one.step(lambda: now), now)
+            say(stepped(one, now), now)
         for one in agents:
             say(one.answers(now) if one.has_answers else [], now)
         if now < 6.0:
