@@ -86,6 +86,7 @@ class Roadmap:
         self._join_bends()
         self._lanes = self._lanes_of(narrow)
         self._conflicts: dict[float, tuple] = {}
+        self._tree: cKDTree | None = None
 
     # What can be asked
 
@@ -120,7 +121,9 @@ class Roadmap:
 
     def near(self, points: ArrayLike, reach: float = REACH) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the pairs of a point of ``points`` (N, 2) and a place within ``reach`` [m]: two (K,) indices."""
-        found = cKDTree(self.places).query_ball_point(np.asarray(points, float).reshape(-1, 2), reach)
+        if self._tree is None:
+            self._tree = cKDTree(self.places)
+        found = self._tree.query_ball_point(np.asarray(points, float).reshape(-1, 2), reach)
         counts = [len(each) for each in found]
         return np.repeat(np.arange(len(found)), counts), np.concatenate([*map(np.sort, found), []]).astype(np.int64)
 
@@ -185,7 +188,7 @@ class Roadmap:
     def with_places(self, places: NDArray[np.float64], reach: float = REACH) -> Roadmap:
         """Return the roadmap with more ``places`` (N, 2) [m], joined to what is within ``reach`` [m]."""
         more = copy(self)
-        more._conflicts, count = {}, len(self.places)
+        more._conflicts, more._tree, count = {}, None, len(self.places)
         more.places = np.concatenate([self.places, places])
         who, where = more.near(places, reach)
         who = who + count
