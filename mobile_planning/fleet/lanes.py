@@ -41,6 +41,10 @@ class Use:
         along = np.linalg.norm(self.entry - other.entry) + np.linalg.norm(self.exit - other.exit)
         return bool(against < along)
 
+    def may_meet(self, soonest: float) -> bool:
+        """Return whether this can meet the use of one who is not in the lane before ``soonest`` [s]."""
+        return soonest <= self.until + _APART and min(self.since, soonest) <= _SOON
+
 
 class LaneFinder:
     """The lanes on the ways to goals; the field of each goal is kept.
@@ -53,6 +57,7 @@ class LaneFinder:
     def __init__(self, roadmap: Roadmap):
         self.roadmap = roadmap
         self._fields: dict[tuple, tuple] = {}
+        self._extents: dict[int, tuple] = {}
 
     def uses(self, place: ArrayLike, goal: ArrayLike, radius: float, v_max: float) -> dict[int, Use]:
         """Return how a robot that drives from ``place`` to ``goal`` (2,) [m] uses the lanes, by their numbers."""
@@ -71,6 +76,14 @@ class LaneFinder:
             found[lane] = Use(points[max(first - 1, 0)], points[min(last + 1, len(points) - 1)],
                               at[first] / v_max, at[last] / v_max)
         return found
+
+    def soonest(self, lane: int, place: ArrayLike, v_max: float) -> float:
+        """Return a time [s] before which nobody who is at ``place`` (2,) [m] is in a lane; far quicker than `uses`."""
+        if lane not in self._extents:
+            self._extents[lane] = self.roadmap.lane_extent(lane)
+        low, high = self._extents[lane]
+        away = np.maximum(np.maximum(low - place, place - high), 0.0)
+        return float(np.hypot(*away)) / v_max
 
     def _way(self, place, goal, radius):
         """Return way-points (W, 2) over the roadmap; just the place where there is no way."""

@@ -181,7 +181,8 @@ class Proposer:
         if not own:
             return False
         for message in self._knowledge.around(now, plan_end).values():
-            if message.mode is Mode.DONE:
+            if message.mode is Mode.DONE or not any(
+                    use.may_meet(lanes.soonest(lane, message.plan.end, message.v_max)) for lane, use in own.items()):
                 continue
             theirs = lanes.uses(message.plan.end, message.goal, message.radius, message.v_max)
             if any(lane in theirs and use.meets(theirs[lane]) for lane, use in own.items()):

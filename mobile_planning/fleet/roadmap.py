@@ -152,6 +152,11 @@ class Roadmap:
         columns, rows = self._lattice.cells(np.asarray(points, float).reshape(-1, 2)).T
         return self._lanes[rows, columns].astype(np.int64)
 
+    def lane_extent(self, lane: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the least and the greatest x and y (2,) [m] of what `lane_at` takes for a lane, or a little more."""
+        nodes, low, cell = np.argwhere(self._lanes == lane)[:, ::-1], self._lattice.low, self._lattice.cell
+        return low + (nodes.min(axis=0) - 1) * cell, low + (nodes.max(axis=0) + 1) * cell
+
     @property
     def has_lanes(self) -> bool:
         """Whether there are passages in which nobody passes anybody, and that cannot be driven round."""

@@ -1,0 +1,36 @@
+"""Lanes: who can meet whom there, told from afar."""
+from itertools import permutations
+
+import numpy as np
+
+from mobile_planning import Boundary, Environment, PolygonObstacle
+from mobile_planning.fleet.lanes import LaneFinder
+from mobile_planning.fleet.roadmap import Roadmap
+
+RADIUS = 0.2
+
+
+def wall(left, right, *doors, width=0.65):
+    """Return the obstacles of a wall with doors at the given y, in a room 4 m wide."""
+    ends = [0.0, *(y + side * width / 2 for y in doors for side in (-1, 1)), 4.0]
+    return [PolygonObstacle([(left, low), (right, low), (right, high), (left, high)])
+            for low, high in zip(ends[::2], ends[1::2])]
+
+
+def test_whoever_is_left_out_from_afar_meets_nobody_in_a_lane():
+    # Three rooms in a row, joined by a corridor and by a door.
+    world = Environment(Boundary((0, 12), (0, 4)), [*wall(3.0, 5.0, 1.5), *wall(9.0, 9.2, 3.0)])
+    lanes, rng = LaneFinder(Roadmap(world, RADIUS)), np.random.default_rng(3)
+    ends = rng.uniform((0.3, 0.3), (11.7, 3.7), (200, 2))
+    ends = ends[world.clearance(ends) > RADIUS + 0.05][:120].reshape(-1, 2, 2)
+    speeds = rng.choice((0.4, 1.0), len(ends))
+    uses = [lanes.uses(*pair, RADIUS, speed) for pair, speed in zip(ends, speeds)]
+    met = left_out = 0
+    for (own, _, _), (theirs, (place, _), speed) in permutations(zip(uses, ends, speeds), 2):
+        for lane in own.keys() & theirs.keys():
+            soonest = lanes.soonest(lane, place, speed)
+            assert soonest <= theirs[lane].since
+            may, does = own[lane].may_meet(soonest), own[lane].meets(theirs[lane])
+            assert may or not does
+            met, left_out = met + does, left_out + (not may)
+    assert met > 50 and left_out > 50
