@@ -10,7 +10,7 @@ It stands on inner parts of rclpy, so `make_executor` takes rclpy's own executor
 from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
-from time import monotonic, sleep
+from time import monotonic
 
 from rclpy.event_handler import EventHandler
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -30,13 +30,11 @@ _EVENTS = 1.0
 _InvalidHandle = rclpy_implementation.InvalidHandle
 
 
-def make_executor(rest: float = 0.0, **kwargs) -> SingleThreadedExecutor:
+def make_executor(**kwargs) -> SingleThreadedExecutor:
     """Return the executor for nodes: a `QuickExecutor`, or rclpy's own where its version is not known to fit.
 
     Parameters
     ----------
-    rest : float [s]
-        See `QuickExecutor`.
     **kwargs
         For ``rclpy.executors.SingleThreadedExecutor``.
     """
@@ -44,7 +42,7 @@ def make_executor(rest: float = 0.0, **kwargs) -> SingleThreadedExecutor:
         fits = version('rclpy').startswith(_KNOWN)
     except PackageNotFoundError:
         fits = False
-    return QuickExecutor(rest, **kwargs) if fits else SingleThreadedExecutor(**kwargs)
+    return (QuickExecutor if fits else SingleThreadedExecutor)(**kwargs)
 
 
 class QuickExecutor(SingleThreadedExecutor):
@@ -52,15 +50,11 @@ class QuickExecutor(SingleThreadedExecutor):
 
     Parameters
     ----------
-    rest : float [s]
-        When it has run something it does nothing for so long, and takes what comes meanwhile at once. Where many
-        processes share a machine, to wake for a message costs more than the message.
     **kwargs
         For ``rclpy.executors.SingleThreadedExecutor``.
     """
 
-    def __init__(self, rest: float = 0.0, **kwargs):
-        self._rest = rest
+    def __init__(self, **kwargs):
         self._entities: Entities | None = None
         self._may_have_changed, self._events_due = True, monotonic() + _EVENTS
         super().__init__(**kwargs)
@@ -105,8 +99,6 @@ class QuickExecutor(SingleThreadedExecutor):
             for entity in ready[kind]:
                 self._begin(entity, take)
         self._go_on()
-        if self._rest and any(ready.values()):
-            sleep(self._rest)
 
     def _look_for_changes(self):
         """Gather the entities, if they are others than before."""

@@ -29,7 +29,7 @@ SETTLING = 5.0
 FAREWELL = 10
 
 
-def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None, rest: float = 0.0) -> int:
+def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None) -> int:
     """Spin one node, or several, until SIGINT, SIGTERM or their own wish, and return the exit code.
 
     A node ends itself by ``raise SystemExit(code)`` in any callback.
@@ -41,8 +41,6 @@ def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | No
         wrong.
     args : sequence of str, optional
         The command line with the executable's name; ``sys.argv`` by default.
-    rest : float [s]
-        Of the executor between two turns.
 
     Returns
     -------
@@ -53,7 +51,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | No
     args = sys.argv if args is None else args
     with StopSignals() as stop:
         try:
-            return _live(make_node, args, stop, rest)
+            return _live(make_node, args, stop)
         except PlanningError as error:
             print(f'{basename(args[0])}: {error}', file=sys.stderr)
             return 2
@@ -107,7 +105,7 @@ def _sentence(error):
     return str(error).split(', at /')[0]
 
 
-def _live(make_node, args, stop, rest):
+def _live(make_node, args, stop):
     """Start, spin and clean up, whatever happens between; return the exit code."""
     import rclpy
     from rclpy.exceptions import NameValidationException
@@ -124,7 +122,7 @@ def _live(make_node, args, stop, rest):
         made = make_node()
         nodes = list(made) if isinstance(made, Sequence) else [made]
         require_reach()
-        executor = make_executor(rest)
+        executor = make_executor()
         for node in nodes:
             executor.add_node(node)
         _spin(executor, lambda: stop.received is not None or not rclpy.ok())

@@ -33,37 +33,6 @@ def test_messages_that_queued_up_come_in_order_and_many_in_one_turn(ros):
     assert max(after - before for before, after in zip(turns, turns[1:])) > 10
 
 
-def test_an_executor_that_rests_does_so_after_each_turn_in_which_it_ran_something(ros, monkeypatch):
-    heard, rests = [], []
-    publisher = talk(ros, lambda message: heard.append(message.data))
-    ros.executor.remove_node(ros.node)
-    resting = executor.make_executor(0.25, context=ros.context)
-
-    def rest(seconds):
-        rests.append(seconds)
-        if len(rests) == 1:
-            for number in range(1, 5):
-                publisher.publish(Int32(data=number))
-            publisher.wait_for_all_acked()
-    monkeypatch.setattr(executor, 'sleep', rest)
-    resting.add_node(ros.node)
-    try:
-        resting.spin_once(0.0)
-        rests.clear()
-        heard.clear()
-        publisher.publish(Int32(data=0))
-        publisher.wait_for_all_acked()
-        resting.spin_once(10.0)
-        assert (heard, rests) == ([0], [0.25])
-        resting.spin_once(10.0)
-        assert (heard, rests) == ([0, 1, 2, 3, 4], [0.25, 0.25])
-        resting.spin_once(0.0)
-        assert len(rests) == 2
-    finally:
-        resting.shutdown()
-        ros.executor.add_node(ros.node)
-
-
 def test_a_callback_with_two_arguments_hears_who_published(ros):
     heard = []
     publisher = talk(ros, lambda message, info: heard.append((message.data, info['publisher_gid'])))
