@@ -303,6 +303,12 @@ class Agent:
         finally:
             self._turn.release()
 
+    def expect_losses(self, are_any: bool) -> None:
+        """Take in whether messages get lost on their way; see `Robot.expect_losses`."""
+        with self._turn:
+            if self.robot is not None:
+                self.robot.expect_losses(are_any)
+
     def answers(self, now: float) -> list[Contracts]:
         """Return what to tell the others at ``now`` [s] before the next step; nothing while the robot is busy."""
         if self.robot is None or not self._turn.acquire(blocking=False):

@@ -192,6 +192,9 @@ class ContractRobot(Robot):
             self._coordination.hear(message, now)
         return is_news
 
+    def expect_losses(self, are_any: bool) -> None:
+        self.protocol.expect_losses(are_any)
+
     def observe(self, seen: Mapping[int, tuple[NDArray, float]], now: float) -> None:
         self._in_force.now = now
         self.protocol.observe(seen, now, self.state(now)[:2])

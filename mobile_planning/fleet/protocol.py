@@ -267,6 +267,10 @@ class Protocol:
 
     # What goes out
 
+    def expect_losses(self, are_any: bool) -> None:
+        """Say again soon what is not answered, as from the beginning; or trust that all that is said arrives."""
+        self._repetition.expects_losses = are_any
+
     @property
     def has_due(self) -> bool:
         """Whether there is something to say before the next cycle."""

@@ -17,9 +17,15 @@ class Repetition:
     """How many times a robot has said its newest offers and its newest plan, and whether to say them once more.
 
     Times are of the own clock. Only when something is said is decided here, never what.
+
+    Attributes
+    ----------
+    expects_losses : bool
+        Whether messages get lost; where none does, what has no answer yet is not said again soon.
     """
 
     def __init__(self):
+        self.expects_losses = True
         self._offered: dict[int, int] = {}
         self._offered_at: dict[int, float] = {}
         self._plan, self._told, self._told_at = 0, TIMES, -inf
@@ -33,14 +39,14 @@ class Repetition:
     def offers_again(self, other: int, now: float) -> bool:
         """Return whether the newest offer to a peer is to be said at ``now`` [s], and count it as said then."""
         times = self._offered.get(other, 0)
-        if times and now - self._offered_at[other] < (SOON if times < TIMES else REPEAT):
+        if times and now - self._offered_at[other] < (SOON if times < self._times else REPEAT):
             return False
         self._offered_at[other], self._offered[other] = now, times + 1
         return True
 
     def seldom_offered(self) -> Iterator[int]:
         """Return the peers to whom the newest offer was not said as often yet as what seems lost."""
-        return (other for other, times in self._offered.items() if times < TIMES)
+        return (other for other, times in self._offered.items() if times < self._times)
 
     # The own plan
 
@@ -63,7 +69,12 @@ class Repetition:
         newest : iterable of Held or None
             Of each owner the newest offer.
         """
-        if self._told >= TIMES:
+        if self._told >= self._times:
             return False
         since = self._told_at - _LIVELY
         return any(held is not None and held.base_sequence < self._plan and held.since > since for held in newest)
+
+    @property
+    def _times(self):
+        """So many times something is said before it is said rarely, or no more."""
+        return TIMES if self.expects_losses else 1

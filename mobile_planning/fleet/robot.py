@@ -205,6 +205,9 @@ class Robot(ABC):
     def receive(self, message: Message | Death, now: float) -> bool:
         """Take in a peer's ``message`` at ``now`` [s]; return whether it was news."""
 
+    def expect_losses(self, are_any: bool) -> None:
+        """Take in whether messages get lost on their way: what is sure to arrive needs to be said only once."""
+
     @abstractmethod
     def observe(self, seen: Mapping[int, tuple[NDArray, float]], now: float) -> None:
         """Take in what the presence sensor sees at ``now`` [s]: place (2,) [m] and speed [m/s] of each robot."""

@@ -143,6 +143,22 @@ def test_a_plan_that_an_owner_builds_no_offer_on_is_told_again_a_few_times():
     assert not peer.tells_again(0.5 + 2 * SOON)
 
 
+def test_where_nothing_gets_lost_nothing_is_said_again_soon():
+    owner, peer = robot(1), robot(2)
+    for each in owner, peer:
+        each.expect_losses(False)
+    owner.hear(says(peer, 0.0), 0.0)
+    offered = owner.due(0.0)
+    assert offered.offers and not owner.has_due and owner.due(0.9 * REPEAT) is None
+    assert owner.due(1.01 * REPEAT).offers == offered.offers
+    peer.hear(offered, 0.0)
+    message = says(peer, 0.25)
+    peer.told(message.sequence, 0.25)
+    assert peer.due(0.25) and not peer.has_due and not peer.tells_again(1.0)
+    peer.expect_losses(True)
+    assert peer.has_due and peer.tells_again(0.25 + 1.01 * SOON)
+
+
 def test_an_open_offer_is_said_again_soon_then_more_rarely_and_no_more_than_three_are_open():
     owner, peer = robot(1), robot(2)
     owner.hear(says(peer, 0.0), 0.0)
