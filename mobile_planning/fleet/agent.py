@@ -378,7 +378,7 @@ class Agent:
         has_set_out = robot.mode is not Mode.STOPPED and now >= self.mission_start > 0.0 and not robot.is_done
         lacking = tuple(robot.protocol.forbidding(now, True)) if has_set_out else ()
         return Postscript(self.mission_start, self.journey.itinerary.reached, without_word_of=lacking,
-                          held_up=robot.held_up)
+                          held_up=robot.held_up, is_where_left=self._succession.is_where_left)
 
     @property
     def _has_started(self):

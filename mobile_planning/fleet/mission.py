@@ -20,14 +20,13 @@ from mobile_planning.fleet.postscript import Postscript
 from mobile_planning.fleet.report import Body, Report
 from mobile_planning.fleet.roll_call import RollCall
 from mobile_planning.fleet.solution import Solution
+from mobile_planning.fleet.succession import SAME_PLACE
 from mobile_planning.world.environment import Environment
 
 #: The mission starts this long after its announcement [s]; solutions are waited for so long after its end [s].
 LEAD, PATIENCE = 0.5, 3.0
 #: A plan may reach so far beyond the timeout [s].
 _LONGEST_PLAN = 100.0
-#: A robot that starts anew so near [m] to where its plan has led it has not been moved.
-_SAME_PLACE = 0.05
 #: Nobody is declared dead who has spoken so lately [s]: its body may move as long as a plan lasts.
 _QUIET = 5.0
 
@@ -100,8 +99,8 @@ class Mission:
     def hear(self, message: RobotMsg, now: float, postscript: Postscript = Postscript()) -> None:
         """Take in what a robot says, and tells beside it.
 
-        A robot that was started anew takes part again, if its body is where its last plan has led it; else the
-        mission goes on without it.
+        A robot that was started anew takes part again, if its body is where its last plan has led it: the last that
+        was heard of it, or one that it has written down and nobody has heard. Else the mission goes on without it.
         """
         robot_id = message.robot_id
         known = self.heard.get(robot_id)
@@ -116,10 +115,14 @@ class Mission:
             self._epochs[robot_id].add(message.boot_epoch)
             self.deaths.pop(robot_id, None)
             self.solutions.pop(robot_id, None)
-            if is_new and known is not None and np.linalg.norm(message.plan.points[0] - known.plan.end) > _SAME_PLACE:
-                (x, y), (x_told, y_told) = known.plan.end, message.plan.points[0]
-                self._left_out[robot_id] = (f'robot {robot_id} was started anew at ({x_told:.2f}, {y_told:.2f}), its '
-                                            f'last plan ended at ({x:.2f}, {y:.2f}): it was left out')
+            if is_new and known is not None and not postscript.is_where_left:
+                self._note_place(robot_id, known.plan.end, message.plan.points[0])
+
+    def _note_place(self, robot_id, left, found):
+        """Leave a robot out whose body was not found where its last plan has left it."""
+        if np.linalg.norm(found - left) > SAME_PLACE:
+            self._left_out[robot_id] = (f'robot {robot_id} was started anew at ({found[0]:.2f}, {found[1]:.2f}), its '
+                                        f'last plan ended at ({left[0]:.2f}, {left[1]:.2f}): it was left out')
 
     def _take_up(self, start):
         """Go on with a mission that another process has started."""

@@ -23,6 +23,8 @@ class Postscript:
         Peers whose word the sender lacks to set out.
     held_up : HoldUp or None
         Why else it does not go on, as far as it knows.
+    is_where_left : bool
+        Whether its process has found the body where, by the logbook, the one before had left it.
     """
 
     mission_start: float = 0.0
@@ -30,3 +32,4 @@ class Postscript:
     lags: Mapping[int, float] = field(default_factory=dict)
     without_word_of: tuple[int, ...] = ()
     held_up: HoldUp | None = None
+    is_where_left: bool = False

@@ -12,6 +12,8 @@ from mobile_planning.fleet.solution import Solution
 
 #: Starts of missions that are told apart by less [s] are those of one.
 _ONE = 1e-3
+#: A body that is found so near [m] to where its last plan ended has not been moved.
+SAME_PLACE = 0.05
 
 
 class Succession:
@@ -25,17 +27,26 @@ class Succession:
         Called with each plan that is put in force, before anybody is told of it.
     plans_kept : int
         So many of its newest plans are there for the judge.
+
+    Attributes
+    ----------
+    is_where_left : bool
+        Whether the body was found where the process before has left it; False where there was none.
     """
 
     def __init__(self, book: Logbook, drive: Callable[[Entry], None], plans_kept: int):
         self._book, self._drive, self._plans_kept = book, drive, plans_kept
         self._past, self._stages = book.read(), book.stages()
         self._driven = self._written = None
+        self.is_where_left = False
 
     def hand_over(self, robot: Robot, epoch: int) -> None:
         """Let the plan in force be driven, if it is new."""
         robot.forget(self._plans_kept)
         solution = robot.sol
+        if self._driven is None and self._past:
+            found, left = solution.plans[0].points[0], self._past[-1].plan.end
+            self.is_where_left = bool(np.linalg.norm(found - left) <= SAME_PLACE)
         if solution.plans[-1] is not self._driven:
             self._driven = solution.plans[-1]
             entry = Entry(solution.plans[-1], solution.commits[-1], epoch)

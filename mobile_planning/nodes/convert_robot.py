@@ -34,7 +34,8 @@ def robot_message(message: RobotMsg, time: float, frame: str, postscript: Postsc
         final_heading=float(plan.final_heading), reverse=bool(plan.reverse), radius=float(message.radius),
         v_max=float(message.v_max), omega_max=float(message.omega_max), a_max=float(message.a_max),
         goal=np.asarray(message.goal, np.float64), mission_start=wire.stamp(postscript.mission_start),
-        goals_reached=int(postscript.goals_reached), **wire.link_columns(message.links),
+        goals_reached=int(postscript.goals_reached), where_left=bool(postscript.is_where_left),
+        **wire.link_columns(message.links),
         lag=wire.floats([postscript.lags.get(peer, np.nan) for peer in sorted(message.links)]),
         joint_epoch=message.joint.epoch, joint_proposer=message.joint.proposer,
         joint_followed=bool(message.joint.is_followed), joint_member=array('I', message.joint.progress),
@@ -94,7 +95,7 @@ def postscript(message: RobotMessage) -> Postscript:
     held_up = HoldUp(nan, _REASONS[message.held_up - 1], tuple(message.waits_for)) if message.held_up else None
     return Postscript(seconds(message.mission_start), int(message.goals_reached),
                       dict(zip(map(int, message.peer), map(float, message.lag))), tuple(message.without_word_of),
-                      held_up)
+                      held_up, bool(message.where_left))
 
 
 def _hold_up_fields(postscript):

@@ -13,7 +13,7 @@ from mobile_planning.fleet.message import MAX_LINKS, Link
 from mobile_planning.nodes.convert import check_frame
 
 #: Layouts that this version of the package speaks, by kind of message.
-LAYOUTS = {'RobotMsg': 4, 'Contracts': 2, 'JointPlan': 1}
+LAYOUTS = {'RobotMsg': 5, 'Contracts': 2, 'JointPlan': 1}
 #: Knots beyond this are no times of any clock, and sums of them would not fit 64 bits.
 MAX_KNOT = 2**48
 

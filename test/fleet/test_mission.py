@@ -166,6 +166,13 @@ def test_a_robot_restarted_elsewhere_is_left_out_and_the_others_go_on():
                                     in sentence for sentence in report.violations)
 
 
+def test_a_robot_restarted_where_its_last_plan_leads_takes_part_though_nobody_had_heard_of_that_plan():
+    mission = started()
+    message = replace(said(2, epoch=8), plan=Plan.at_rest(0, 0.25, (0.4, 0, 0)))
+    mission.hear(message, 5.0, Postscript(is_where_left=True))
+    assert mission.announcement.left_out == ()
+
+
 def test_a_mission_whose_own_process_died_is_taken_up_where_its_robots_are():
     mission = Mission('m', IDS, 60.0, 10.0, now=30.0)
     for robot_id in IDS:

@@ -115,14 +115,16 @@ def test_of_the_links_of_a_robot_only_those_asked_for_and_that_with_itself_are_l
 peers = st.lists(st.integers(0, 2**32 - 1), max_size=4).map(tuple)
 
 
-@given(links, st.data(), peers, st.none() | st.builds(HoldUp, st.floats(0, 9), st.sampled_from(Reason), peers))
-def test_a_postscript_arrives_as_it_was(entries, data, without_word_of, held_up):
+@given(links, st.data(), peers, st.none() | st.builds(HoldUp, st.floats(0, 9), st.sampled_from(Reason), peers),
+       st.booleans())
+def test_a_postscript_arrives_as_it_was(entries, data, without_word_of, held_up, is_where_left):
     plan = Plan(0, 1, [[1, 2]] * 4, 1, 2)
     lags = {peer: data.draw(st.floats(-10, 10)) for peer in entries if data.draw(st.booleans())}
     message = convert_robot.robot_message(RobotMsg(False, [1], [2], [3, 4], plan=plan, links=entries), 7, 'map',
-                                          Postscript(1.8e9, 3, lags, without_word_of, held_up))
+                                          Postscript(1.8e9, 3, lags, without_word_of, held_up, is_where_left))
     received = convert_robot.postscript(sent(message))
     assert (received.without_word_of, received.held_up is None) == (without_word_of, held_up is None)
+    assert received.is_where_left is is_where_left
     assert held_up is None or (received.held_up.reason, received.held_up.for_robots) == (
         held_up.reason, held_up.for_robots)
     assert (received.mission_start, received.goals_reached, set(received.lags)) == (1.8e9, 3, set(entries))
@@ -301,7 +303,7 @@ NAN, INF = float('nan'), float('inf')
 
 
 @pytest.mark.parametrize('field, value, words', [
-    ('version', 3, 'version 3, not 4'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
+    ('version', 4, 'version 4, not 5'), ('version', 0, 'version 0'), ('mode', 4, 'mode 4'),
     ('control_points', doubles(), '0 numbers'), ('control_points', doubles(*[1.0] * 7), '7 numbers'),
     ('control_points', doubles(*[1.0] * 9), '9 numbers'), ('control_points', doubles(*[1.0] * 6), '6 numbers'),
     ('control_points', doubles(*[1.0] * 258), '258 numbers'),
