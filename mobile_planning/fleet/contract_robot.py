@@ -111,7 +111,13 @@ class ContractRobot(Robot):
         self.protocol.join(list(roster), resting or {})
 
     def looking_ahead(self, q_final: ArrayLike) -> Callable[[], Course]:
-        return self._making_course(self._model_to(q_final), self._in_force.now)
+        making = self._making_course(self._model_to(q_final), self._in_force.now)
+
+        def make():
+            course = making()
+            course.guidance.prepare()
+            return course
+        return make
 
     def set_goal(self, q_final: ArrayLike, now: float, course: Course | None = None) -> None:
         """Drive to another goal from ``now`` [s] on, whether the last one was reached or not; see `Robot.set_goal`.

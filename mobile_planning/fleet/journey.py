@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import inf
 
 from numpy.typing import ArrayLike
 
@@ -14,6 +15,9 @@ from mobile_planning.fleet.logbook import Entry
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.stage import Stage, pose
+
+#: Who has asked for a way so long ago [s] asks again.
+_PATIENCE = 5.0
 
 
 class Journey:
@@ -38,7 +42,7 @@ class Journey:
     def __init__(self, robot_id: int, errands: Errands | None = None):
         self.itinerary, self.orders, self.trouble = Itinerary(robot_id, errands), 0, ''
         self._is_at_goal = self._is_counted = False
-        self._told, self._next, self._is_asked = 0, None, False
+        self._told, self._next, self._is_asked, self._asked_at = 0, None, False, -inf
 
     @property
     def is_over(self) -> bool:
@@ -99,16 +103,24 @@ class Journey:
         robot : Robot
         now, mission_start : float [s]
         """
-        if not robot.is_done or self.is_between_goals:
+        if self.is_between_goals:
+            if now - self._asked_at > _PATIENCE:
+                self._is_asked, self._asked_at = False, now
+            return
+        if not robot.is_done:
             return
         if not self._is_counted:
             self.itinerary.arrivals.append((robot.goal, now))
         self._is_at_goal = self._is_counted = True
         taken = [(message.goal, message.radius) for message in robot.heard().values()]
-        self._next, self._is_asked = self.itinerary.next_goal(now - mission_start, taken), False
+        self._next = self.itinerary.next_goal(now - mission_start, taken)
+        self._is_asked, self._asked_at = False, now
 
     def take_request(self, robot: Robot) -> GoalRequest | None:
-        """Return the request for the way to the goal that was chosen, if any, once; its answer goes to `set_out`."""
+        """Return the request for the way to the goal that was chosen, if any; its answer goes to `set_out`.
+
+        Once, and anew where no answer comes: whoever was to make the way has failed.
+        """
         if self._next is None or self._is_asked:
             return None
         self._is_asked = True

@@ -371,6 +371,18 @@ def test_a_goal_that_is_occupied_by_the_time_its_way_is_made_is_left_out(is_made
     assert one.is_finished
 
 
+def test_whoever_gets_no_answer_asks_for_the_way_again_and_the_first_answer_counts():
+    one, first, now = at_the_first_of_two_goals()
+    asked = [(later, request) for later in np.arange(now + 0.25, now + 12.0, 0.25)
+             if one.step(lambda: later) and (request := one.take_request()) is not None]
+    assert len(asked) == 2 and all(request.goal is first.goal for _, request in asked)
+    assert asked[1][0] - asked[0][0] > 3.0
+    one.propose(first.plan(), now + 12.0)
+    one.propose(asked[0][1].plan(), now + 12.0)
+    drive([one], now + 12.0, now + 22.0)
+    assert one.is_finished and one.journey.itinerary.reached == 2 and not one.trouble
+
+
 def test_goals_are_driven_to_one_after_the_other_and_more_may_come():
     one = agent(1, False)
     one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
@@ -408,14 +420,29 @@ def test_goals_may_be_driven_to_over_and_over_while_the_oldest_plans_are_left_ou
     assert one.is_finished
 
 
-def restarted(book, start, epoch=6, listed=scene(False)):
-    """Return robot 1 started anew, when its body has come to rest, in the mission of ``start``, and when that is."""
+def restarted(book, start, epoch=6, listed=scene(False), moved=0.0):
+    """Return robot 1 started anew, when its body rests, in the mission of ``start``, and when that is.
+
+    Somebody has ``moved`` it [m] meanwhile.
+    """
     left = Logbook(book).read()[-1].plan
     now = left.end_knot * left.step + 1.0
     one = Agent(listed, 1, epoch, now, book=Logbook(book), is_placed=False)
-    one.place(left.state(now)[:3], now)
+    one.place(left.state(now)[:3] + np.array([moved, 0, 0]), now)
     one.follow(Announcement('m', State.STARTED, (1,), start), now)
     return one, now
+
+
+@pytest.mark.parametrize('moved, is_where_left', [(0.0, True), (0.04, True), (0.06, False)])
+def test_it_tells_whether_its_body_is_where_the_process_before_has_left_it(tmp_path, moved, is_where_left):
+    book = tmp_path / 'book'
+    one = Agent(scene(False), 1, 5, 0.0, book=Logbook(book))
+    one.follow(Announcement('m', State.STARTED, (1,), 0.0), 0.0)
+    drive([one], 0.0, 1.0)
+    assert not one.postscript.is_where_left
+    two, now = restarted(book, 0.0, moved=moved)
+    two.step(lambda: now)
+    assert two.postscript.is_where_left is is_where_left
 
 
 @pytest.mark.parametrize('is_of_scene', [True, False])
