@@ -24,6 +24,7 @@ from rclpy.serialization import deserialize_message
 
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.losses import Losses
 from mobile_planning.fleet.message import Contracts, RobotMsg
 from mobile_planning.fleet.peers import PeerTable
 from mobile_planning.fleet.postscript import Postscript
@@ -53,10 +54,12 @@ class FleetBus:
     Attributes
     ----------
     peers : PeerTable
+    losses : Losses
+        Of what the robots of other processes say.
     """
 
     def __init__(self, node: Node, guard: Guard, frame: str):
-        self.peers = PeerTable()
+        self.peers, self.losses = PeerTable(), Losses()
         self._node, self._frame, self._guard = node, frame, guard
         self._robots: dict[int, Any] = {}
         self._publishers = {}
@@ -141,6 +144,9 @@ class FleetBus:
             now, time = monotonic(), self.now()
             if own is None:
                 self.peers.admit(head.robot_id, head.boot_epoch, process_of(info), stamp=head.stamp, time=time, now=now)
+                if kind is not JointPlanMessage:
+                    # Joint plans are numbered apart.
+                    self.losses.note(head.robot_id, head.boot_epoch, head.sequence, now)
                 if kind is ContractsMessage and not self._concerns(content, head):
                     return
             message = _deserialised(content, kind)

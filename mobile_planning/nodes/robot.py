@@ -1,7 +1,7 @@
 """The node ``robot``: one agent of a fleet, its plans and its body."""
 from __future__ import annotations
 
-from time import time
+from time import monotonic, time
 
 import numpy as np
 from mobile_planning_msgs.msg import RobotStatus
@@ -24,8 +24,8 @@ from mobile_planning.nodes.robot_host import RobotHost
 from mobile_planning.nodes.robot_options import RobotOptions
 from mobile_planning.nodes.robot_services import RobotServices
 
-# What falls due within this time [s] goes out in one message.
-_ANSWER_AFTER = 0.03
+# What the executor has heard in one turn is answered in one message: so long [s] after the first of it.
+_ANSWER_AFTER = 0.001
 
 
 class RobotNode(Node):
@@ -165,19 +165,28 @@ class RobotNode(Node):
             return
         self._is_planning = True
         try:
-            messages, request = await self.host.worker.submit(self._health.timed(self._step))
+            request = await self.host.worker.submit(self._step, self.host.bus.losses.are_any(monotonic()))
         finally:
             self._is_planning = False
-        self._say(messages)
         self._answer_soon()
         if request is not None:
             # A joint plan takes longer than a cycle may, and so does the way to another goal.
             plan = await self.host.joint_worker.submit(request.plan)
             self._say(await self.host.worker.submit(lambda: self._agent.propose(plan, self._now())))
 
-    def _step(self):
-        """Plan, in the thread of the worker; return the messages, and the request for a joint plan if one is due."""
+    def _step(self, are_losses):
+        """Plan and tell it, in the thread of the worker; return the request for a joint plan, if one is due.
+
+        The executor may be busy: what is in force is told at once, for a process that is killed tells nothing.
+        """
+        messages, request = self._health.timed(self._plan)(are_losses)
+        self._say(messages)
+        self._show(messages)
+        return request
+
+    def _plan(self, are_losses):
         self._health.heed(self._now())
+        self._agent.expect_losses(are_losses)
         return self._agent.step(self._now), self._agent.take_request()
 
     def _on_answers(self):
@@ -186,9 +195,12 @@ class RobotNode(Node):
         self._answer_soon()
 
     def _say(self, messages):
+        self.host.bus.say(messages, self._agent.postscript, self._agent.roster)
+
+    def _show(self, messages):
+        """Publish the plan in force to who looks, if it is new, and once it is the last what was driven."""
         agent = self._agent
-        self.host.bus.say(messages, agent.postscript, agent.roster)
-        for message in messages:
+        for message in messages if self._plans.get_subscription_count() else ():
             if isinstance(message, RobotMsg) and (message.boot_epoch, message.plan_seq) != self._shown:
                 self._shown = message.boot_epoch, message.plan_seq
                 poses = np.column_stack([message.ip_z1, message.ip_z2, np.zeros(len(message.ip_z1))])
