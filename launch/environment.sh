@@ -20,6 +20,10 @@ else
     export ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT
     export FASTDDS_DEFAULT_PROFILES_FILE="$mobile_planning_root/launch/loopback.xml"
 fi
+# The field of a way to a goal takes some hundred kilobytes, for as long as the goal. glibc would by and by keep that much
+# in each thread for the next one, and the memory of a robot go up and down by 20 MB.
+export MALLOC_MMAP_THRESHOLD_="${MALLOC_MMAP_THRESHOLD_:-262144}"
+
 # Two sessions on one host seldom meet.
 export ROS_DOMAIN_ID="${ROS_DOMAIN_ID:-$(($$ % 100 + 1))}"
 

@@ -16,6 +16,12 @@ from rclpy.timer import TimerInfo
 from rclpy.waitable import NumberOfEntities, Waitable
 
 
+#: What a node has, by kind, as rclpy's wait sets and its nodes call it.
+_OF_A_NODE = {'timer': 'timers', 'subscription': 'subscriptions', 'service': 'services', 'client': 'clients',
+              'guard_condition': 'guards'}
+KINDS = tuple(_OF_A_NODE)
+
+
 def may_run(entity: Any) -> bool:
     """Return whether no coroutine of its group keeps an entity from its turn."""
     return entity.callback_group is not None and entity.callback_group.can_execute(entity)
@@ -32,6 +38,8 @@ class Entities:
     waitables : sequence of rclpy.waitable.Waitable
     alarms : sequence of guard conditions or None
         They end the wait, and nothing is run for them.
+    kinds : sequence of str
+        Of what the nodes have, only these are waited for.
 
     Attributes
     ----------
@@ -39,16 +47,13 @@ class Entities:
         Timers and subscriptions whose callbacks are no coroutines.
     """
 
-    def __init__(self, context: Context, nodes: Sequence[Node], waitables: Sequence[Waitable], alarms: Sequence):
+    def __init__(self, context: Context, nodes: Sequence[Node], waitables: Sequence[Waitable], alarms: Sequence,
+                 kinds: Sequence[str] = KINDS):
         self._stack = ExitStack()
         self._stack.enter_context(context.handle)
-        held = self._held
-        self._kinds = {'timer': held(each for node in nodes for each in node.timers),
-                       'subscription': held(each for node in nodes for each in node.subscriptions),
-                       'service': held(each for node in nodes for each in node.services),
-                       'client': held(each for node in nodes for each in node.clients),
-                       'guard_condition': held(each for node in nodes for each in node.guards)}
-        self._alarms = held(each for each in alarms if each is not None)
+        self._kinds = {kind: self._held(each for node in nodes for each in getattr(node, _OF_A_NODE[kind]))
+                       if kind in kinds else [] for kind in KINDS}
+        self._alarms = self._held(each for each in alarms if each is not None)
         self._waitables = waitables
         for waitable in self._waitables:
             self._stack.enter_context(waitable)

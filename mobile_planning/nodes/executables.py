@@ -8,18 +8,22 @@ from mobile_planning.nodes.spin import run
 from mobile_planning.nodes.stop_signals import StopSignals
 
 
-def _door(module: str, name: str):
+#: Between two turns of a robot's executor [s]: a robot hears some ten things a second of each other one.
+_REST = 0.05
+
+
+def _door(module: str, name: str, rest: float = 0.0):
     """Return the main function of the node that ``name`` makes in ``mobile_planning.nodes.<module>``."""
     def main(args: list[str] | None = None) -> int:
         """Run the node until a signal and return the exit code."""
-        return run(lambda: getattr(import_module(f'mobile_planning.nodes.{module}'), name)(), args)
+        return run(lambda: getattr(import_module(f'mobile_planning.nodes.{module}'), name)(), args, rest)
     return main
 
 
 map_server = _door('map_server', 'MapServer')
 grid_planner = _door('grid_planner', 'GridPlanner')
 sampling_planner = _door('sampling_planner', 'SamplingPlanner')
-robot = _door('robots', 'make_robots')
+robot = _door('robots', 'make_robots', _REST)
 world_sim = _door('world_sim', 'WorldSimNode')
 
 

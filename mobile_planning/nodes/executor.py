@@ -10,6 +10,7 @@ It stands on inner parts of rclpy, so `make_executor` takes rclpy's own executor
 from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
+from math import inf
 from time import monotonic
 
 from rclpy.event_handler import EventHandler
@@ -26,15 +27,19 @@ _KNOWN = '9.1.'
 _AT_ONCE = 32
 #: So often events of the middleware are looked at, which only warn [s].
 _EVENTS = 1.0
+#: What is not kept waiting while the executor rests.
+_URGENT = 'timer', 'guard_condition'
 
 _InvalidHandle = rclpy_implementation.InvalidHandle
 
 
-def make_executor(**kwargs) -> SingleThreadedExecutor:
+def make_executor(rest: float = 0.0, **kwargs) -> SingleThreadedExecutor:
     """Return the executor for nodes: a `QuickExecutor`, or rclpy's own where its version is not known to fit.
 
     Parameters
     ----------
+    rest : float [s]
+        See `QuickExecutor`.
     **kwargs
         For ``rclpy.executors.SingleThreadedExecutor``.
     """
@@ -42,7 +47,7 @@ def make_executor(**kwargs) -> SingleThreadedExecutor:
         fits = version('rclpy').startswith(_KNOWN)
     except PackageNotFoundError:
         fits = False
-    return (QuickExecutor if fits else SingleThreadedExecutor)(**kwargs)
+    return QuickExecutor(rest, **kwargs) if fits else SingleThreadedExecutor(**kwargs)
 
 
 class QuickExecutor(SingleThreadedExecutor):
@@ -50,12 +55,18 @@ class QuickExecutor(SingleThreadedExecutor):
 
     Parameters
     ----------
+    rest : float [s]
+        When messages were taken none is looked for so long, and what comes meanwhile is taken at once; timers and
+        guard conditions are not kept waiting. Where many processes share a machine, to wake for a message costs more
+        than the message.
     **kwargs
         For ``rclpy.executors.SingleThreadedExecutor``.
     """
 
-    def __init__(self, **kwargs):
+    def __init__(self, rest: float = 0.0, **kwargs):
+        self._rest, self._rests_until = rest, -inf
         self._entities: Entities | None = None
+        self._urgent: Entities | None = None
         self._may_have_changed, self._events_due = True, monotonic() + _EVENTS
         super().__init__(**kwargs)
 
@@ -87,7 +98,7 @@ class QuickExecutor(SingleThreadedExecutor):
         self._look_for_changes()
         if self._is_shutdown:
             return
-        ready = self._entities.wait(-1 if timeout_sec is None else int(1e9 * timeout_sec), not self._tasks)
+        ready = self._wait(timeout_sec)
         if not self._context.ok():
             raise ExternalShutdownException
         for timer in ready['timer']:
@@ -100,6 +111,17 @@ class QuickExecutor(SingleThreadedExecutor):
                 self._begin(entity, take)
         self._go_on()
 
+    def _wait(self, timeout):
+        """Return who is ready, by kind, within ``timeout`` [s]; None for as long as it takes."""
+        rest = self._rests_until - monotonic()
+        if rest > 0.0:
+            timeout = rest if timeout is None else min(rest, timeout)
+            return self._urgent.wait(int(1e9 * timeout), not self._tasks)
+        ready = self._entities.wait(-1 if timeout is None else int(1e9 * timeout), not self._tasks)
+        if self._rest and ready['subscription']:
+            self._rests_until = monotonic() + self._rest
+        return ready
+
     def _look_for_changes(self):
         """Gather the entities, if they are others than before."""
         if self._may_have_changed or self._entities is None:
@@ -107,7 +129,9 @@ class QuickExecutor(SingleThreadedExecutor):
             self._let_go()
             nodes = self.get_nodes()
             waitables = [each for node in nodes for each in node.waitables if not isinstance(each, EventHandler)]
-            self._entities = Entities(self._context, nodes, waitables, [self._guard, self._sigint_gc])
+            alarms = [self._guard, self._sigint_gc]
+            self._entities = Entities(self._context, nodes, waitables, alarms)
+            self._urgent = Entities(self._context, nodes, [], alarms, _URGENT)
 
     def _look_at_events(self):
         handlers = [each for node in self.get_nodes() for each in node.waitables if isinstance(each, EventHandler)]
@@ -119,7 +143,8 @@ class QuickExecutor(SingleThreadedExecutor):
     def _let_go(self):
         if self._entities is not None:
             self._entities.release()
-            self._entities = None
+            self._urgent.release()
+            self._entities = self._urgent = None
 
     def _run_timer(self, timer):
         if timer not in self._entities.simple:

@@ -29,7 +29,7 @@ SETTLING = 5.0
 FAREWELL = 10
 
 
-def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None) -> int:
+def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | None = None, rest: float = 0.0) -> int:
     """Spin one node, or several, until SIGINT, SIGTERM or their own wish, and return the exit code.
 
     A node ends itself by ``raise SystemExit(code)`` in any callback.
@@ -41,6 +41,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | No
         wrong.
     args : sequence of str, optional
         The command line with the executable's name; ``sys.argv`` by default.
+    rest : float [s]
+        Of the executor between two turns.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], args: Sequence[str] | No
     args = sys.argv if args is None else args
     with StopSignals() as stop:
         try:
-            return _live(make_node, args, stop)
+            return _live(make_node, args, stop, rest)
         except PlanningError as error:
             print(f'{basename(args[0])}: {error}', file=sys.stderr)
             return 2
@@ -105,7 +107,7 @@ def _sentence(error):
     return str(error).split(', at /')[0]
 
 
-def _live(make_node, args, stop):
+def _live(make_node, args, stop, rest):
     """Start, spin and clean up, whatever happens between; return the exit code."""
     import rclpy
     from rclpy.exceptions import NameValidationException
@@ -122,7 +124,7 @@ def _live(make_node, args, stop):
         made = make_node()
         nodes = list(made) if isinstance(made, Sequence) else [made]
         require_reach()
-        executor = make_executor()
+        executor = make_executor(rest)
         for node in nodes:
             executor.add_node(node)
         _spin(executor, lambda: stop.received is not None or not rclpy.ok())

@@ -1,5 +1,6 @@
 """The executor: whatever rclpy's own one runs it runs, all that is ready at once, and it waits while nothing is."""
 import threading
+from time import monotonic
 
 import pytest
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -31,6 +32,34 @@ def test_messages_that_queued_up_come_in_order_and_many_in_one_turn(ros):
     ros.until(lambda: turns.append(len(heard)) or len(heard) == 60)
     assert heard == list(range(60))
     assert max(after - before for before, after in zip(turns, turns[1:])) > 10
+
+
+def test_an_executor_that_rests_takes_what_comes_meanwhile_at_once_and_keeps_no_timer_waiting(ros, monkeypatch):
+    heard, rung = [], []
+    publisher = talk(ros, lambda message: heard.append(message.data))
+    timer = ros.node.create_timer(0.01, lambda: rung.append(len(heard)))
+    ros.executor.remove_node(ros.node)
+    resting = executor.make_executor(1000.0, context=ros.context)
+    resting.add_node(ros.node)
+    try:
+        publisher.publish(Int32(data=0))
+        while not heard:
+            resting.spin_once(10.0)
+        for number in range(1, 5):
+            publisher.publish(Int32(data=number))
+        publisher.wait_for_all_acked()
+        rung.clear()
+        while len(rung) < 3:
+            resting.spin_once(10.0)
+        assert heard == [0] and rung == [1, 1, 1]
+        monkeypatch.setattr(executor, 'monotonic', lambda: monotonic() + 1001.0)
+        while len(heard) < 2:
+            resting.spin_once(10.0)
+        assert heard == [0, 1, 2, 3, 4]
+    finally:
+        resting.shutdown()
+        ros.node.destroy_timer(timer)
+        ros.executor.add_node(ros.node)
 
 
 def test_a_callback_with_two_arguments_hears_who_published(ros):
