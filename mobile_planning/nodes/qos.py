@@ -26,13 +26,18 @@ def robot_messages(depth: int = 1) -> QoSProfile:
     Without a lease of liveliness: whoever falls silent is noticed by what he does not say, and Fast DDS would wake a
     thread of each process for each message that comes in.
 
+    Who comes late gets what was said last, unless it is older than its lifespan. If he did not, Fast DDS 3.2.2 would
+    tell him to pass it over, and a process that was killed and started anew, to which fragments come that are for its
+    predecessor, would keep a message in its list that it has let go of already: reading it yields nothing, for ever, as
+    an object never even returns (its pull request 2239 names how list and history fall apart).
+
     Parameters
     ----------
     depth : int
         1 for a writer; at least 4 times the number of robots for a reader.
     """
     return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.RELIABLE,
-                      durability=DurabilityPolicy.VOLATILE, lifespan=Duration(seconds=1.0))
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan=Duration(seconds=1.0))
 
 
 def live(depth: int = 10) -> QoSProfile:

@@ -50,6 +50,8 @@ def head(content: bytes) -> Head:
     InvalidInput
         It is cut off, or written in another way.
     """
+    if len(content) < _START:
+        raise _cut_off(content)
     if content[:2] != _PLAIN:
         raise InvalidInput(f'a message is written in the encoding {content[:2].hex()}, which is not plain CDR')
     try:

@@ -62,6 +62,12 @@ def test_what_is_cut_off_before_its_last_peer_is_refused(message, data):
         skim.concerns(cut, skim.head(cut).size, ())
 
 
+@pytest.mark.parametrize('size', range(4))
+def test_what_is_too_short_to_tell_its_encoding_is_cut_off(size):
+    with pytest.raises(InvalidInput, match=f'cut off after {size} bytes'):
+        skim.head(serialize_message(RobotMsg())[:size])
+
+
 def test_another_encoding_is_refused():
     content = serialize_message(RobotMsg())
     with pytest.raises(InvalidInput, match='encoding 0000, which is not plain CDR'):
