@@ -169,11 +169,12 @@ class Agent:
         """
         if self.robot is None:
             return _UNKNOWN
-        # By turns for the two knots of a cycle, and for each of them one after the other.
+        # By turns for the knots of a cycle, and for each of them one after the other.
         roster, period = self.roster or (self._id,), self.robot.Tc / 2
+        knots = 1 if self.robot.cycle == period else 2
         rank = sorted(roster).index(self._id) if self._id in roster else 0
-        apart = min(_APART, period / (len(roster) // 2 + 1))
-        return self.robot.until_cycle(now + rank % 2 * period + rank // 2 * apart)
+        apart = min(_APART, period / (len(roster) // knots + 1))
+        return self.robot.until_cycle(now + rank % knots * period + rank // knots * apart)
 
     # What is told
 

@@ -13,6 +13,8 @@ from mobile_planning.fleet.section import Limits
 KNOTS = 2
 #: Between two sections [s], where nothing else is said.
 _CYCLE = 0.25
+#: A cycle begins so long [s] before the last instant from which its section is in time for a knot.
+_EARLY = 2e-3
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class ContractOptions:
     rho : float [m]
         Radius of the body.
     Tc : float [s] or None
-        Between two calls of ``step``; knots are half of it apart. None for 0.25 s.
+        Between two calls of ``step``, at most; knots are half of it apart. None for 0.25 s.
     Tp : float [s]
         Length of a plan.
     margin : float [m]
@@ -50,6 +52,8 @@ class ContractOptions:
     >>> options = ContractOptions(Tc=0.5)
     >>> options.step, options.spans
     (0.25, 12)
+    >>> ContractOptions(budget=0.08).short_cycle, ContractOptions(budget=0.13).short_cycle
+    (0.125, 0.25)
     """
 
     rho: float = 0.2
@@ -87,6 +91,16 @@ class ContractOptions:
     def spans(self) -> int:
         """Spans between knots in a plan."""
         return int(round(self.Tp / self.step))
+
+    @property
+    def lead(self) -> float:
+        """How long [s] before a knot a cycle begins whose section is to be driven from there on."""
+        return self.budget + _EARLY
+
+    @property
+    def short_cycle(self) -> float:
+        """Time [s] between two calls of ``step`` where robots take turns: from knot to knot, if the budget allows."""
+        return self.step if self.lead < self.step else float(self.Tc)
 
     @property
     def rest_time(self) -> float:

@@ -276,7 +276,9 @@ class ContractRobot(Robot):
 
     @property
     def cycle(self) -> float:
-        return self.Tc
+        # Each section moves the lines between two who pass each other closely: the sooner the next one, the sooner
+        # the one behind may follow.
+        return self.options.short_cycle if self._coordination.calls else self.Tc
 
     @property
     def world_trouble(self) -> str:
@@ -289,7 +291,7 @@ class ContractRobot(Robot):
     @property
     def phase(self) -> float:
         # Just in time for a knot.
-        return (-self.options.budget - 2e-3) % self.Tc
+        return -self.options.lead % self.cycle
 
     # How it works
 

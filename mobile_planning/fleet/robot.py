@@ -310,12 +310,12 @@ class Robot(ABC):
     @property
     @abstractmethod
     def cycle(self) -> float:
-        """Time [s] between two calls of `step`."""
+        """Time [s] between two calls of `step`, by what the robot does now; ``Tc`` at most."""
 
     @property
     @abstractmethod
     def phase(self) -> float:
-        """Where within ``Tc`` [s] a cycle starts best."""
+        """Where within `cycle` [s] one starts best."""
 
     def until_cycle(self, now: float) -> float:
         """Return how long [s] after a cycle at ``now`` [s] the next one starts best, half a cycle at least."""

@@ -38,8 +38,8 @@ class RobotOptions:
     clock_margin: float = option(0.005, 'greatest error of the clock [s]', low=0.0, high=1.0, read_only=True)
     method: str = option('', 'contracts or receding_horizon, one for all robots of a mission; empty: as the scene says',
                          read_only=True)
-    Tc: float = option(0.25, 'between two sections, twice the time between knots [s]', low=0.05, high=5.0,
-                       read_only=True)
+    Tc: float = option(0.25, 'between two sections, half of it with moves of a joint plan ahead; twice the time '
+                             'between knots [s]', low=0.05, high=5.0, read_only=True)
     Tp: float = option(3.0, 'length of a plan, 4 to 50 Tc [s]', low=0.2, high=60.0, read_only=True)
     budget: float = option(0.08, 'to plan a section; what takes longer is dropped [s]', low=0.0, high=10.0,
                            read_only=True)

@@ -5,6 +5,7 @@ from itertools import permutations, product
 
 import numpy as np
 import pytest
+from joint_plans import WAYS, joint_plan
 from missions import stepped
 
 from mobile_planning.errors import GoalOccupied, InvalidInput, PlanningError, StartOccupied
@@ -517,17 +518,21 @@ def test_the_goals_of_a_scene_are_driven_to_in_turn():
     assert one.robot.state(12.0)[:2] == pytest.approx((3, 1), abs=0.03)
 
 
-def test_robots_of_one_fleet_do_not_all_plan_at_one_instant():
+@pytest.mark.parametrize('by_joint_plan, cycle, most', [(False, 0.25, 4), (True, 0.125, 8)])
+def test_robots_of_one_fleet_do_not_all_plan_at_one_instant(by_joint_plan, cycle, most):
     ids = tuple(range(1, 9))
     specs = tuple(RobotSpec(eyed, (eyed, 1, 0), (eyed, 2, 0)) for eyed in ids)
     eight = [Agent(Scene('m', specs, boundary=Boundary((0, 9), (0, 4))), eyed, 5, 0.0) for eyed in ids]
     for each in eight:
         each.follow(Announcement('m', State.WAITING, ids), 0.0)
-    begins = sorted((10.0 + each.until_cycle(10.0)) % 0.25 for each in eight)
-    assert min(np.diff([*begins, begins[0] + 0.25])) >= 0.0119
+        if by_joint_plan:
+            own = each.robot.eyed
+            each.robot.propose(joint_plan(members=(own,), ways=WAYS[:1], needs=(((),),), proposer=own), 0.0)
+    begins = sorted((10.0 + each.until_cycle(10.0)) % cycle for each in eight)
+    assert min(np.diff([*begins, begins[0] + cycle])) >= 0.0119
     # And each of them just in time, or a little earlier, for a knot.
     late = [(each.robot.phase - 10.0 - each.until_cycle(10.0)) % 0.125 for each in eight]
-    assert max(late) <= 4 * 0.012 + 1e-9
+    assert max(late) <= most * 0.012 + 1e-9
 
 
 def test_a_section_that_was_planned_for_too_long_is_dropped():

@@ -1,6 +1,7 @@
 """One robot at a time: what it refuses, says and drives, and that its clock may show any time."""
 import numpy as np
 import pytest
+from joint_plans import joint_plan
 from missions import ROOM, SWAP, drive_alone, exchange, robot, under_way
 from mobile_planning import (
     Boundary, InvalidInput, NoPath, PolygonObstacle, Robot, RobotMsg, RoundObstacle, UnicycleKineModel)
@@ -209,6 +210,25 @@ def test_a_cycle_at_the_preferred_phase_is_just_in_time_for_a_knot(since):
     section = agent.plan_section(now)
     left = section.first_knot * agent.plan.step - now
     assert 0.08 <= left <= 0.085
+
+
+@pytest.mark.parametrize('options, knots', [({}, 1), ({'Tc': 0.5}, 1), ({'budget': 0.12}, 1), ({'budget': 0.125}, 2),
+                                            ({'Tc': 0.1}, 2)])
+def test_a_robot_with_moves_of_a_joint_plan_ahead_plans_for_each_knot_that_leaves_it_its_budget(options, knots):
+    agent = robot(1, (1, 3, 0.0), (3, 3, 0.0), **options)
+    agent.start([1], 0.0)
+    assert agent.cycle == agent.Tc
+    now = agent.phase
+    agent.propose(joint_plan(members=(1,), ways=([(1, 3), (3, 3)],), needs=(((),),)), now)
+    planned_for = []
+    while now < 12.0 and not agent.is_done:
+        section = agent.plan_section(now)
+        assert section.first_knot * agent.plan.step - now >= agent.options.budget
+        planned_for.append(section.first_knot)
+        agent.commit(section, now)
+        now += agent.until_cycle(now)
+    assert agent.is_done and agent.cycle == agent.Tc
+    assert set(np.diff(planned_for[:8])) == {knots}
 
 
 @pytest.mark.parametrize('options', [{'Tc': 0.02, 'Tp': 1.0, 'budget': 0.2}, {'Tc': 0.1, 'Tp': 5.0}])
