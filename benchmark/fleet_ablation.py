@@ -6,6 +6,7 @@ runs those are, where it is not all. No row can cause a collision: all that is r
 """
 from benchmark.fleet_tuning import Setting, drive, print_tables
 from mobile_planning.fleet import course, joint_plan, pebble_search, plan_in_force, repetition
+from mobile_planning.fleet.contract_robot import ContractRobot
 from mobile_planning.fleet.follower import Follower
 from mobile_planning.fleet.guidance import Guidance
 from mobile_planning.fleet.proposer import Proposer
@@ -44,6 +45,7 @@ SETTINGS = (
     Setting('joint plans as first found', ((joint_plan, 'best_steps', _first_found),)),
     Setting('joint plans pass nobody at speed', ((joint_plan, '_WIDE_LIMITS', (0,)),)),
     Setting('moves released by bodies', ((Follower, 'advance', _by_body(Follower.advance)),)),
+    Setting('sections for each second knot', ((ContractRobot, 'cycle', property(lambda robot: robot.Tc)),)),
     Setting('no roundabout', ((course, 'predict_crowd', _nobody),)),
     Setting('right-hand rule for prediction', ((Guidance, 'reference', _right_hand_rule(Guidance.reference)),)),
     Setting('ample contracts renewed, too', ((plan_in_force, '_AMPLE', float('inf')),)),
