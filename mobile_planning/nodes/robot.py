@@ -24,8 +24,9 @@ from mobile_planning.nodes.robot_host import RobotHost
 from mobile_planning.nodes.robot_options import RobotOptions
 from mobile_planning.nodes.robot_services import RobotServices
 
-# What the executor has heard in one turn is answered in one message: so long [s] after the first of it.
-_ANSWER_AFTER = 0.001
+# What the executor has heard in one turn is answered in one message: so long [s] after the first of it. What then waits
+# for an answer is looked at again after this [s], as long as it may have to be said once more.
+_ANSWER_AFTER, _REPEAT_AFTER = 0.001, 0.025
 
 
 class RobotNode(Node):
@@ -134,8 +135,9 @@ class RobotNode(Node):
         self._agent.receive(message, now)
         self._answer_soon()
 
-    def _answer_soon(self):
+    def _answer_soon(self, after=_ANSWER_AFTER):
         if self._agent.has_answers and self._answering.is_canceled():
+            self._answering.timer_period_ns = int(1e9 * after)
             self._answering.reset()
 
     def _on_pose(self, pose):
@@ -192,7 +194,7 @@ class RobotNode(Node):
     def _on_answers(self):
         self._answering.cancel()
         self._say(self._agent.answers(self._now()))
-        self._answer_soon()
+        self._answer_soon(_REPEAT_AFTER)
 
     def _say(self, messages):
         self.host.bus.say(messages, self._agent.postscript, self._agent.roster)
