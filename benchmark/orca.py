@@ -11,6 +11,7 @@ import numpy as np
 
 from mobile_planning.errors import NoPath
 from mobile_planning.fleet.guidance import Guidance
+from mobile_planning.fleet.search_lattice import SearchLattice
 from mobile_planning.world.convex_pieces import ConvexPieces
 from mobile_planning.world.obstacles import PolygonObstacle, RoundObstacle
 
@@ -36,7 +37,8 @@ def run_orca(scene, seed=0):
     specs = scene.robots
     environment = scene.environment()
     places, goals = (np.array([getattr(spec, what)[:2] for spec in specs]) for what in ('start', 'goal'))
-    guides = [Guidance(environment, goal, spec.radius + MARGIN, spec.u_max[0]) for goal, spec in zip(goals, specs)]
+    guides = [Guidance(SearchLattice(environment, spec.radius + MARGIN), goal, spec.u_max[0])
+              for goal, spec in zip(goals, specs)]
     pieces = _pieces(environment)
     simulator = pyrvo.RVOSimulator(STEP, 5.0, 12, 2.0, 1.0, 0.2, 1.0)
     for spec, place in zip(specs, places):

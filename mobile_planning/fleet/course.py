@@ -68,7 +68,7 @@ class Course:
 
     def _guidance_on(self, ground, here):
         ground.require_goal(self._place)
-        guidance = Guidance(ground.environment, self._place, self._radius, self._v_max)
+        guidance = Guidance(ground.lattice, self._place, self._v_max)
         guidance.path(here)
         return guidance
 

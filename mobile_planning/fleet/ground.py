@@ -1,6 +1,8 @@
 """Ground: the static world, as the body of one robot has room in it."""
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -14,6 +16,7 @@ from mobile_planning.errors import (
 )
 from mobile_planning.fleet import fences
 from mobile_planning.fleet.contracts import ROUNDING
+from mobile_planning.fleet.search_lattice import SearchLattice
 from mobile_planning.world.convex_pieces import ConvexPieces
 from mobile_planning.world.environment import Environment
 
@@ -41,6 +44,11 @@ class Ground:
     def __init__(self, environment: Environment, radius: float, robot_id: int):
         self.environment, self.radius, self.robot_id = environment, radius, robot_id
         self.pieces = ConvexPieces(environment)
+
+    @cached_property
+    def lattice(self) -> SearchLattice:
+        """What ways to all goals on this ground are searched on."""
+        return SearchLattice(self.environment, self.radius)
 
     def room(self, place: ArrayLike) -> float:
         """Return how far [m] ``place`` (2,) is from anything; what is farther than twice the radius counts so."""

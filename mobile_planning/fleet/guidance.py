@@ -13,9 +13,9 @@ from mobile_planning.errors import InvalidInput, NoPath
 from mobile_planning.fleet import prediction
 from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.roundabout import Roundabout
+from mobile_planning.fleet.search_lattice import SearchLattice
 from mobile_planning.fleet.way_finder import WayFinder
 from mobile_planning.geometry import finite_points
-from mobile_planning.world.environment import Environment
 
 #: Room left beside a parked robot on the way [m], when a plan is drawn past it, and when that is along a given way.
 _PASS, _BRUSH, _GRAZE = 0.1, 0.05, 0.01
@@ -41,38 +41,40 @@ class Guidance:
 
     Parameters
     ----------
-    environment : Environment
-        With a boundary or a grid, which give the extent of the search.
+    lattice : SearchLattice
+        Of the room that the world leaves the disc.
     goal : (2,) array_like [m]
+    v_max : float [m/s]
+
+    Attributes
+    ----------
+    goal : (2,) ndarray [m]
     radius : float [m]
         Of the disc.
     v_max : float [m/s]
-    resolution : float [m], optional
-        Of the lattice that is searched; by default as fine as the extent of the world allows.
 
     Raises
     ------
     InvalidInput
-        A number is not finite or not positive, or the world has no extent.
+        A number is not finite or not positive.
 
     Examples
     --------
-    >>> from mobile_planning import Boundary, RoundObstacle
+    >>> from mobile_planning import Boundary, Environment, RoundObstacle
     >>> room = Environment(Boundary((0, 8), (0, 6)), [RoundObstacle((4, 3.1), 0.5)])
-    >>> guidance = Guidance(room, goal=(7, 3), radius=0.2, v_max=1.0)
+    >>> guidance = Guidance(SearchLattice(room, radius=0.2), goal=(7, 3), v_max=1.0)
     >>> len(guidance.path((1, 3))) > 2, bool(6.0 < guidance.length((1, 3)) < 6.4)
     (True, True)
     >>> guidance.reference([(1.0, 3.0), (1.0, 3.0)], (), step=0.25, stalled=0.0).shape
     (2, 2)
     """
 
-    def __init__(self, environment: Environment, goal: ArrayLike, radius: float, v_max: float, *,
-                 resolution: float | None = None):
+    def __init__(self, lattice: SearchLattice, goal: ArrayLike, v_max: float):
         self.goal = _place(goal, 'goal')
-        self.radius, self.v_max = float(radius), float(v_max)
-        if not (0 < self.radius < np.inf and 0 < self.v_max < np.inf):
-            raise InvalidInput(f'radius {radius} m and v_max {v_max} m/s must be positive and finite')
-        self._finder = WayFinder(environment, self.goal, self.radius, resolution)
+        self.radius, self.v_max = lattice.radius, float(v_max)
+        if not 0 < self.v_max < np.inf:
+            raise InvalidInput(f'v_max {v_max} m/s must be positive and finite')
+        self._finder = WayFinder(lattice, self.goal)
         self._given, self._passed = None, 0
 
     def lead(self, way: ArrayLike) -> None:

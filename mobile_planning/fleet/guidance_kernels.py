@@ -20,9 +20,10 @@ NODES = types.Array(i8, 1, 'C', readonly=True)
 POINTS = types.Array(f8, 2, 'C', readonly=True)
 NUMBERS = types.Array(f8, 1, 'C', readonly=True)
 
-#: Between samples of a segment that passes near something, and what its square takes off the room between two.
+#: The shortest piece of a segment, what its square takes off the room between two ends, and the least squared room.
 STEP = 0.5
 BETWEEN = STEP**2 / 4 + 1e-9
+LEAST = 1e-6
 
 #: Sixteen neighbours: straight, diagonal, and a knight's move.
 MOVE_X = np.array([1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1, 0, 1, 1, 2])
@@ -32,17 +33,29 @@ MOVE_Y = np.array([0, 1, 1, 2, 1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1])
 HOPED, SEEN, CLOSED = 0, 1, 2
 
 
-@njit(f8(ROOM, f8, f8), nogil=True, cache=True)
-def room_at(squared, x, y):
-    """Return a lower bound of the squared distance from (x, y) to what is occupied; 0 outside the lattice."""
+@njit(f8(ROOM, f8, f8), nogil=True, cache=True, inline='always')
+def room_within(squared, x, y):
+    """Return a lower bound of the squared distance from (x, y) in the lattice to what is occupied."""
     height, width = squared.shape
-    if not (0.0 <= x <= width - 1 and 0.0 <= y <= height - 1):
-        return 0.0
     column, row = min(int(x), width - 2), min(int(y), height - 2)
     tx, ty = x - column, y - row
     low = (1 - tx) * squared[row, column] + tx * squared[row, column + 1]
     high = (1 - tx) * squared[row + 1, column] + tx * squared[row + 1, column + 1]
     return max(0.0, (1 - ty) * low + ty * high - tx * (1 - tx) - ty * (1 - ty))
+
+
+@njit(f8(ROOM, f8, f8), nogil=True, cache=True)
+def room_at(squared, x, y):
+    """Return a lower bound of the squared distance from (x, y) to what is occupied; 0 outside the lattice."""
+    height, width = squared.shape
+    return room_within(squared, x, y) if 0.0 <= x <= width - 1 and 0.0 <= y <= height - 1 else 0.0
+
+
+@njit(f8(f8, f8, f8), nogil=True, cache=True, inline='always')
+def least_between(at_a, at_b, length2):
+    """Return the least squared room on a segment between places of the given squared rooms, or less."""
+    share = min(1.0, max(0.0, (length2 + at_a - at_b) / (2 * length2)))
+    return (1 - share) * at_a + share * at_b - share * (1 - share) * length2
 
 
 @njit(b1(POINTS, f8, f8, f8, f8), nogil=True, cache=True)
@@ -77,44 +90,55 @@ def is_clear_way(discs, way):
 def is_clear(squared, discs, ax, ay, bx, by, need):
     """Return whether the segment from a to b has the squared room ``need``, or that of its ends where they have less.
 
-    It must lie inside the lattice and touch nothing occupied. Where the room is ample the next sample is as far ahead.
+    It must lie inside the lattice and touch nothing occupied. The next sample is as far ahead as may prove the piece up
+    to it; where it does not, one half as far is looked at.
     """
     at_a, at_b = room_at(squared, ax, ay), room_at(squared, bx, by)
-    if at_a <= 0.0 or at_b <= 0.0:
+    if at_a < BETWEEN or at_b < BETWEEN:
         return False
-    need = max(0.0, min(need, at_a - BETWEEN, at_b - BETWEEN))
-    radius = np.sqrt(need)
-    length = np.hypot(bx - ax, by - ay)
+    need = max(LEAST, min(need, at_a - BETWEEN, at_b - BETWEEN))
+    length = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
     at, room = 0.0, at_a
     while at < length:
-        if room <= 0.0 or room < need + BETWEEN - 1e-12:
-            return False
-        at += max(STEP, np.sqrt(room) - radius)
-        if at < length:
-            share = at / length
-            room = room_at(squared, ax + share * (bx - ax), ay + share * (by - ay))
+        piece = min(length - at, max(STEP, 2.0 * np.sqrt(max(0.0, room - need))))
+        while True:
+            share = (at + piece) / length
+            ahead = room_within(squared, ax + share * (bx - ax), ay + share * (by - ay))
+            if least_between(room, ahead, piece * piece) >= need - 1e-9:
+                break
+            if piece <= STEP:
+                return False
+            piece = max(STEP, piece / 2)
+        at += piece
+        room = ahead
     return is_clear_of_discs(discs, ax, ay, bx, by)
 
 
 @njit(b1(f8, f8, i8, f8), nogil=True, cache=True)
-def has_room(at_a, at_b, move, radius):
-    """Return whether the body has room on a step between nodes of the given squared rooms."""
+def has_room(at_a, at_b, move, need):
+    """Return whether a step between nodes of the given squared rooms has the squared room ``need``."""
     length2 = float(MOVE_X[move] ** 2 + MOVE_Y[move] ** 2)
-    share = min(1.0, max(0.0, (length2 + at_a - at_b) / (2 * length2)))
-    return (1 - share) * at_a + share * at_b - share * (1 - share) * length2 >= radius * radius
+    return min(at_a, at_b) >= need + length2 / 4 or least_between(at_a, at_b, length2) >= need
 
 
-@njit(f8(ROOM, COSTS, i8, f8, f8, f8, f8, f8, f8), nogil=True, cache=True)
-def cost_by(squared, cost, anchor, x, y, origin_x, origin_y, radius, comfort):
-    """Return the cost to (x, y) straight from an anchor, a node or (-1) the origin.
+@njit(types.UniTuple(f8, 3)(ROOM, COSTS, i8, f8, f8, f8, f8), nogil=True, cache=True)
+def lead_by(squared, cost, anchor, origin_x, origin_y, radius, comfort):
+    """Return the place (x, y) of an anchor, a node or (-1) the origin, and what all ways by it cost up to there.
 
     To bend beside a wall costs as much as the comfort that is missing there: more than to bend further out.
     """
     if anchor < 0:
-        return np.hypot(x - origin_x, y - origin_y)
+        return origin_x, origin_y, 0.0
     row, column = anchor // squared.shape[1], anchor % squared.shape[1]
     missing = max(0.0, comfort + radius - np.sqrt(squared[row, column]))
-    return cost[row, column] + missing + np.hypot(x - column, y - row)
+    return float(column), float(row), cost[row, column] + missing
+
+
+@njit(f8(ROOM, COSTS, i8, f8, f8, f8, f8, f8, f8), nogil=True, cache=True)
+def cost_by(squared, cost, anchor, x, y, origin_x, origin_y, radius, comfort):
+    """Return the cost to (x, y) straight from an anchor; see `lead_by`."""
+    from_x, from_y, so_far = lead_by(squared, cost, anchor, origin_x, origin_y, radius, comfort)
+    return so_far + np.sqrt((x - from_x) ** 2 + (y - from_y) ** 2)
 
 
 @njit(b1(ROOM, POINTS, i8, f8, f8, f8, f8, f8), nogil=True, cache=True)
@@ -139,7 +163,7 @@ def settle(squared, discs, cost, anchors, state, node, origin_x, origin_y, radiu
         near_x, near_y = x + MOVE_X[move], y + MOVE_Y[move]
         if near_x < 0 or near_y < 0 or near_x >= width or near_y >= height or state[near_y, near_x] != CLOSED:
             continue
-        if not has_room(squared[y, x], squared[near_y, near_x], move, radius):
+        if not has_room(squared[y, x], squared[near_y, near_x], move, radius * radius):
             continue
         total = cost_by(squared, cost, near_y * width + near_x, x, y, origin_x, origin_y, radius, comfort)
         if total < best:
@@ -176,7 +200,7 @@ def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors)
     straight lines.
     """
     height, width = squared.shape
-    state = np.zeros((height, width), np.int8)
+    need, state = radius * radius, np.zeros((height, width), np.int8)
     touched, count = np.empty(squared.size, np.int32), np.zeros(1, np.int64)
     close_discs(discs, cost, touched, count)
     heap = [(np.inf, np.int64(0))]
@@ -194,14 +218,13 @@ def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors)
         if not settle(squared, discs, cost, anchors, state, node, goal_x, goal_y, radius, comfort):
             heappush(heap, (cost[y, x], node))
             continue
+        from_x, from_y, so_far = lead_by(squared, cost, anchors[y, x], goal_x, goal_y, radius, comfort)
         for move in range(16):
             to_x, to_y = x + MOVE_X[move], y + MOVE_Y[move]
             if to_x < 0 or to_y < 0 or to_x >= width or to_y >= height or state[to_y, to_x] == CLOSED:
                 continue
-            if not has_room(squared[y, x], squared[to_y, to_x], move, radius):
-                continue
-            total = cost_by(squared, cost, anchors[y, x], to_x, to_y, goal_x, goal_y, radius, comfort)
-            if total < cost[to_y, to_x] - 1e-9:
+            total = so_far + np.sqrt((to_x - from_x) ** 2 + (to_y - from_y) ** 2)
+            if total < cost[to_y, to_x] - 1e-9 and has_room(squared[y, x], squared[to_y, to_x], move, need):
                 cost[to_y, to_x], anchors[to_y, to_x], state[to_y, to_x] = total, anchors[y, x], HOPED
                 heappush(heap, (total, to_y * width + to_x))
     for i in range(count[0]):
@@ -294,14 +317,15 @@ def way_around(squared, cost, anchors, discs, starts, ends, radius, comfort, rea
             last = node
             break
         limit -= 1
+        from_x, from_y, so_far = lead_by(squared, reached, came[y, x], start_x, start_y, radius, comfort)
         for move in range(16):
             to_x, to_y = x + MOVE_X[move], y + MOVE_Y[move]
             if to_x < 0 or to_y < 0 or to_x >= width or to_y >= height or state[to_y, to_x] == CLOSED:
                 continue
-            if cost[to_y, to_x] == np.inf or not has_room(squared[y, x], squared[to_y, to_x], move, radius):
+            total = so_far + np.sqrt((to_x - from_x) ** 2 + (to_y - from_y) ** 2)
+            if cost[to_y, to_x] == np.inf or total >= reached[to_y, to_x] - 1e-9:
                 continue
-            total = cost_by(squared, reached, came[y, x], to_x, to_y, start_x, start_y, radius, comfort)
-            if total < reached[to_y, to_x] - 1e-9:
+            if has_room(squared[y, x], squared[to_y, to_x], move, radius * radius):
                 if reached[to_y, to_x] == np.inf:
                     touched[count[0]] = to_y * width + to_x
                     count[0] += 1

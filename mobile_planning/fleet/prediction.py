@@ -53,9 +53,9 @@ def drive_on(finder: WayFinder, way: ArrayLike, velocity: ArrayLike, radius: flo
 
     Examples
     --------
-    >>> from mobile_planning import Boundary
-    >>> from mobile_planning.world.environment import Environment
-    >>> finder = WayFinder(Environment(Boundary((0, 10), (0, 6))), np.array((9.0, 3.0)), 0.2)
+    >>> from mobile_planning import Boundary, Environment
+    >>> from mobile_planning.fleet.search_lattice import SearchLattice
+    >>> finder = WayFinder(SearchLattice(Environment(Boundary((0, 10), (0, 6))), 0.2), np.array((9.0, 3.0)))
     >>> meets = Neighbour((6, 3), (4, 3), (1, 3), 0.2, velocity=(-1, 0))
     >>> track = drive_on(finder, [(2, 3), (9, 3)], (1, 0), 0.2, 1.0, [meets], 3.5)
     >>> bool(-0.4 < track[:, 1].min() - 3.0 < -0.1), bool(track[-1, 0] > 5.0)
@@ -73,10 +73,10 @@ def drive_on(finder: WayFinder, way: ArrayLike, velocity: ArrayLike, radius: flo
     radii = np.array([radius, *(other.radius for other in others)], float)
     speeds = np.array([v_max, *(0.0 if other.is_parked else other.v_max for other in others)], float)
     right = _RIGHT * min(max(0.0, stalled - _PATIENCE), _LONGEST)
-    squared, low, resolution = finder.lattice
-    steps = min(int(np.ceil(seconds / _STEP)), _STEPS)
-    return kernels.drive_on(places, velocities, targets, goals, radii, speeds, way, squared, low, resolution, steps,
-                            seconds / steps, _HORIZON, _SPARE * radius, _AGILITY, _MIDDLE, right, _WALL)[:, 0]
+    lattice, steps = finder.lattice, min(int(np.ceil(seconds / _STEP)), _STEPS)
+    return kernels.drive_on(places, velocities, targets, goals, radii, speeds, way, lattice.squared, lattice.low,
+                            lattice.resolution, steps, seconds / steps, _HORIZON, _SPARE * radius, _AGILITY, _MIDDLE,
+                            right, _WALL)[:, 0]
 
 
 def arcs(track: NDArray, seconds: float, times: NDArray) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.message import Link, LinkMode, Mode
 from mobile_planning.fleet.report import Waiting
 from mobile_planning.fleet.roadmap import TIGHT
+from mobile_planning.fleet.search_lattice import SearchLattice
 from mobile_planning.fleet.solution import Solution
 from mobile_planning.fleet.vehicle import Vehicle
 from mobile_planning.world.environment import Environment
@@ -100,7 +101,7 @@ def is_cut_off(place: ArrayLike, goal: ArrayLike, radius: float, bodies: Sequenc
     discs = [RoundObstacle(body, size + min(TIGHT, room)) for (body, size), room in zip(bodies, at_goal)]
     around = Environment(environment.boundary, [*environment.obstacles, *discs], environment.grid)
     try:
-        Guidance(around, goal, radius, v_max=1.0).path(place)
+        Guidance(SearchLattice(around, radius), goal, v_max=1.0).path(place)
     except NoPath:
         return True
     return False
@@ -110,7 +111,7 @@ def _nearer_until(waiter, environment, now):
     """Return when [s] the body last came nearer to its goal than ever before; NaN if nobody knows."""
     if waiter.solution is None:
         return np.nan
-    guidance = Guidance(environment, waiter.goal, waiter.radius, waiter.v_max)
+    guidance = Guidance(SearchLattice(environment, waiter.radius), waiter.goal, waiter.v_max)
     times = np.arange(0.0, max(now, 0.0) + _SAMPLE, _SAMPLE)
     left = [guidance.length(place) for place in waiter.solution.states(waiter.start + times)[:, :2]]
     least, since = left[0], 0.0

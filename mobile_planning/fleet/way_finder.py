@@ -9,66 +9,46 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mobile_planning.errors import InvalidInput
-from mobile_planning.world.environment import Environment
+from mobile_planning.fleet.search_lattice import SearchLattice
 
-#: Cells to the radius of the body, where that makes no more nodes than the first limit; half as many up to the second.
-_FINE, _NODES, _MOST_NODES = 4.0, 1 << 17, 1 << 22
 #: How far from a place the nodes are that it is joined to, and that it falls back on where it sees none [cells].
 _BESIDE, _NEAR = 3, 8
 #: Nodes looked at for a way around discs; where it takes more, a field of the way is computed for them.
 _LIMIT = 2000
-#: Nothing is free so far out [m], and squares would overflow.
-_FAR = 1e12
 _NO_DISCS = np.empty((0, 3))
 
 
 class WayFinder:
     """The way of a disc to one goal, on a lattice of the room around it.
 
-    By default the radius is four cells, which costs some 2 % of it in room that is there and not seen. Where the world
-    is larger than 8,000 times its square (18 m x 18 m for 0.2 m) the cells grow, up to half the radius; a door of three
-    times the radius is then still found wherever it lies. Beyond 200 m x 200 m they grow further.
-
     Discs are given as (P, 3): their places and how far the body's centre keeps from them [m].
 
     Parameters
     ----------
-    environment : Environment
-        With a boundary or a grid, which give the extent of the search.
+    lattice : SearchLattice
     goal : (2,) ndarray [m]
-    radius : float [m]
-    resolution : float [m], optional
-        Distance of the lattice's nodes; by default as fine as the extent of the world allows.
 
-    Raises
-    ------
-    InvalidInput
-        If the world has no extent, or the resolution is not positive.
+    Attributes
+    ----------
+    lattice, goal
+        As given.
 
     Examples
     --------
-    >>> from mobile_planning import Boundary, RoundObstacle
+    >>> from mobile_planning import Boundary, Environment, RoundObstacle
     >>> room = Environment(Boundary((0, 8), (0, 6)), [RoundObstacle((4, 3.1), 0.5)])
-    >>> finder = WayFinder(room, np.array((7.0, 3.0)), radius=0.2)
+    >>> finder = WayFinder(SearchLattice(room, radius=0.2), np.array((7.0, 3.0)))
     >>> finder.way((1, 3))[[0, -1]].tolist(), finder.is_open((1, 3), (7, 3)), finder.is_open((1, 3), (3, 3))
     ([[1.0, 3.0], [7.0, 3.0]], False, True)
     """
 
-    def __init__(self, environment: Environment, goal: NDArray, radius: float, resolution: float | None = None):
+    def __init__(self, lattice: SearchLattice, goal: NDArray):
         from mobile_planning.fleet import guidance_kernels
 
         self._kernels = guidance_kernels
-        low, high = np.reshape(environment.bounds, (2, 2))
-        self.goal = goal
-        self.resolution = _resolution(high - low, radius) if resolution is None else float(resolution)
-        if not 0 < self.resolution < np.inf:
-            raise InvalidInput(f'resolution {resolution} m must be positive and finite')
-        self._low = low
-        columns, rows = np.maximum(np.ceil((high - low) / self.resolution).astype(int), 1) + 1
-        nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * self.resolution + low
-        self._squared = ((np.maximum(environment.clearance(nodes), 0.0) / self.resolution)**2).astype(np.float32)
-        self._radius = radius / self.resolution
+        self.lattice, self.goal = lattice, goal
+        self._to_cells, self._to_metres, self._resolution = lattice.to_cells, lattice.to_metres, lattice.resolution
+        self._squared, self._radius = lattice.squared, lattice.radius / lattice.resolution
         self._kept = None, None
         #: Room that the way leaves beside the body where there is some.
         self._comfort = 0.5 * self._radius
@@ -101,7 +81,7 @@ class WayFinder:
         places = self._to_cells(standing)
         drawn = self._kernels.draw_ahead(
             self._squared, self._in_cells(discs), self._to_cells(way), bool((way[-1] == self.goal).all()), places,
-            reach / self.resolution, self._radius)
+            reach / self._resolution, self._radius)
         return np.where((drawn == places).all(axis=1, keepdims=True), standing, self._to_metres(drawn))
 
     def is_open(self, a: ArrayLike, b: ArrayLike, discs: NDArray = _NO_DISCS) -> bool:
@@ -111,22 +91,11 @@ class WayFinder:
 
     def room(self, place: ArrayLike) -> float:
         """Return at least how far [m] the nearest thing static is from ``place`` (2,) [m]."""
-        return float(np.sqrt(self._kernels.room_at(self._squared, *self._to_cells(place)))) * self.resolution
-
-    @property
-    def lattice(self) -> tuple[NDArray[np.float32], NDArray[np.float64], float]:
-        """Squared room (h, w) [cells^2] at the nodes, the place (2,) [m] of the first, and their distance [m]."""
-        return self._squared, self._low, self.resolution
-
-    def _to_cells(self, points):
-        return (np.clip(np.asarray(points, float), -_FAR, _FAR) - self._low) / self.resolution
-
-    def _to_metres(self, points):
-        return points * self.resolution + self._low
+        return float(np.sqrt(self._kernels.room_at(self._squared, *self._to_cells(place)))) * self._resolution
 
     def _in_cells(self, discs):
         """Return discs with their places and squared distances in cells."""
-        return np.column_stack([self._to_cells(discs[:, :2]), (discs[:, 2] / self.resolution)**2])
+        return np.column_stack([self._to_cells(discs[:, :2]), (discs[:, 2] / self._resolution)**2])
 
     def _static_way(self, start, end):
         """Return way-points (n, 2) [cells] through the static world, none if there is no way."""
@@ -199,10 +168,3 @@ class WayFinder:
         if not seen and has_room.any():
             seen = [np.where(has_room, distance, np.inf).argmin()]
         return (y[seen] * self._squared.shape[1] + x[seen]).astype(np.int64), distance[seen]
-
-
-def _resolution(extent, radius):
-    """Return the distance of nodes [m] for a world of ``extent`` (2,) [m] and a body of ``radius`` [m]."""
-    area = float(extent.prod())
-    fine = max(radius / _FINE, np.sqrt(area / _NODES))
-    return max(min(fine, 2 * radius / _FINE), np.sqrt(area / _MOST_NODES))

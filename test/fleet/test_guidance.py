@@ -11,6 +11,7 @@ from hypothesis.extra import numpy as npst
 from mobile_planning import Boundary, Environment, InvalidInput, NoPath, OccupancyGrid, PolygonObstacle, RoundObstacle
 from mobile_planning.fleet.guidance import Guidance, Neighbour
 from mobile_planning.fleet.roundabout import Roundabout
+from mobile_planning.fleet.search_lattice import SearchLattice
 
 ROOM = Boundary((0, 10), (0, 6))
 PLACES = st.tuples(st.floats(0.4, 9.6), st.floats(0.4, 5.6))
@@ -20,7 +21,7 @@ LOSS = 0.005
 
 
 def guide(environment, goal, radius=RADIUS, v_max=1.0, **options):
-    return Guidance(environment, goal, radius, v_max, **options)
+    return Guidance(SearchLattice(environment, radius, **options), goal, v_max)
 
 
 #: Asked again and again: no answer may depend on the one before.

@@ -9,6 +9,7 @@ from mobile_planning import Boundary, PolygonObstacle
 from mobile_planning.fleet import prediction_kernels as kernels
 from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.prediction import arcs, drive_on
+from mobile_planning.fleet.search_lattice import SearchLattice
 from mobile_planning.fleet.way_finder import WayFinder
 from mobile_planning.world.environment import Environment
 
@@ -18,7 +19,7 @@ RADIUS, STEP = 0.2, 0.125
 
 def predict(start, goal, others, *, velocity=(0.0, 0.0), environment=None, stalled=0.0):
     goal = np.asarray(goal, float)
-    finder = WayFinder(environment or Environment(OPEN), goal, RADIUS)
+    finder = WayFinder(SearchLattice(environment or Environment(OPEN), RADIUS), goal)
     return drive_on(finder, [start, goal], velocity, RADIUS, 1.0, others, 28 * STEP, stalled)
 
 

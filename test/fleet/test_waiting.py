@@ -14,6 +14,7 @@ from mobile_planning.fleet.kinematics import UnicycleKineModel
 from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.roadmap import Roadmap
 from mobile_planning.fleet.robot import Robot
+from mobile_planning.fleet.search_lattice import SearchLattice
 from mobile_planning.fleet.waiting import is_cut_off
 from mobile_planning.world.environment import Boundary, Environment
 
@@ -101,8 +102,8 @@ def test_who_stands_close_to_the_dead_sees_the_first_move_of_its_joint_plan():
         body, angles, gap = rng.uniform(-0.5, 0.5, 2), rng.uniform(0, 2 * np.pi, (2, 1)), rng.uniform(0.0, 0.01)
         start, goal = body + np.array([[0.41 + gap], [1.1]]) * np.column_stack([np.cos(angles), np.sin(angles)])
         (way,) = plan_jointly(roadmap, [Member(start, goal, 0.205)], rng, [(body, 0.205)]).ways
-        drawn = Guidance(room, goal, 0.205, 1.0).follow(way[:2], [start] * 8, 0.125,
-                                                        [Neighbour(body, body, body, 0.205, True)])
+        drawn = Guidance(SearchLattice(room, 0.205), goal, 1.0).follow(
+            way[:2], [start] * 8, 0.125, [Neighbour(body, body, body, 0.205, True)])
         assert np.allclose(way[-1], goal) and np.linalg.norm(drawn[-1] - start) > 0.02
 
 
