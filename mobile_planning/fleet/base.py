@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import repeat
+from math import copysign
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,22 +75,28 @@ class SimulatedBase:
         """Drive for ``duration`` [s], at speeds that go to the ``command`` (v, omega) as fast as they may change."""
         if not duration > 0.0:
             return
-        grip = 1.0 + self._options.slip * self._rng.standard_normal(2) if self._options.slip else np.ones(2)
-        command, is_steady = np.asarray(command, float), np.isinf([self._options.a_max, self._options.alpha_max]).all()
-        parts = 1 if is_steady or np.array_equal(self.speeds, command) else int(np.ceil(duration / _FINE))
+        options = self._options
+        grips = 1.0 + options.slip * self._rng.standard_normal(2) if options.slip else np.ones(2)
+        rates, wanted = (options.a_max, options.alpha_max), [float(speed) for speed in command]
+        pose, speeds = self.pose.tolist(), self.speeds.tolist()
+        is_steady = rates == (np.inf, np.inf) or speeds == wanted
+        parts = 1 if is_steady else int(np.ceil(duration / _FINE))
         for _ in range(parts):
-            self.pose = driven(self.pose, grip * self._mean_speeds(command, duration / parts), duration / parts)
-
-    def _mean_speeds(self, command, duration):
-        """Let the speeds change for ``duration`` [s], and return their means (2,) meanwhile."""
-        before, rate = self.speeds, np.array([self._options.a_max, self._options.alpha_max])
-        change = np.clip(command - before, -rate * duration, rate * duration)
-        # It ends at the command itself, not beside it by rounding.
-        self.speeds = np.where(np.abs(command - before) <= rate * duration, command, before + change)
-        return self.speeds - change * (np.abs(change) / rate) / (2 * duration)
+            speeds, means = zip(*map(_changed, speeds, wanted, rates, repeat(duration / parts)))
+            pose = driven(pose, [grip * mean for grip, mean in zip(grips.tolist(), means)], duration / parts)
+        self.pose, self.speeds = np.array(pose), np.array(speeds)
 
     def measured(self) -> NDArray[np.float64]:
         """Return the pose (3,) [m, m, rad] as a localisation would give it."""
         if not self._options.pose_noise:
             return self.pose.copy()
         return self.pose + self._options.pose_noise * self._rng.standard_normal(3)
+
+
+def _changed(speed, wanted, rate, duration):
+    """Return a speed that changes at ``rate`` for ``duration`` [s] at most, and its mean meanwhile."""
+    missing, most = wanted - speed, rate * duration
+    # It ends at the wanted one itself, not beside it by rounding.
+    after = wanted if abs(missing) <= most else speed + copysign(most, missing)
+    change = after - speed
+    return after, after - change * (abs(change) / rate) / (2 * duration)

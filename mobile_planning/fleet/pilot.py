@@ -162,8 +162,9 @@ class Pilot:
         return here
 
     def _reckoned(self, fix, now):
-        """Return the pose (3,) at ``now`` by what was commanded since the fix, and the length of that way [m]."""
+        """Return the pose at ``now`` by what was commanded since the fix, and the length of that way [m]."""
         pose, since, _ = fix
+        pose = pose.tolist()
         parts, end, way = [], now, 0.0
         for begin, command in reversed(self._commands):
             parts.append((command, end - max(begin, since)))
@@ -172,7 +173,7 @@ class Pilot:
                 break
         for command, duration in reversed(parts):
             if duration > 0.0:
-                pose = driven(pose, command, duration)
+                pose = driven(pose, command.tolist(), duration)
                 way += abs(float(command[0])) * duration
         return pose, way
 

@@ -12,12 +12,12 @@ k3 / (2 |v| sqrt(k2)).
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from math import cos, pi, sin, tau
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.geometry import wrap_angle
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,10 @@ class Tracker:
             Of the body.
         """
         x, y, theta, v, omega = (float(value) for value in reference)
-        e1, e2, e3 = seen_from(pose, (x, y, theta))
-        wanted = np.array([v * np.cos(e3) + self.along * e1,
-                           omega + self.across * v * np.sinc(e3 / np.pi) * e2 + self.turn * e3])
-        return wanted / max(1.0, abs(wanted[0]) / self.v_max, abs(wanted[1]) / self.omega_max)
+        e1, e2, e3 = seen_from(pose, (x, y, theta)).tolist()
+        forward = v * cos(e3) + self.along * e1
+        turn = omega + self.across * v * _sinc(e3) * e2 + self.turn * e3
+        return np.array([forward, turn]) / max(1.0, abs(forward) / self.v_max, abs(turn) / self.omega_max)
 
     def eased(self, command: ArrayLike, before: ArrayLike, period: float) -> NDArray[np.float64]:
         """Return the speeds (2,) nearest to ``command`` that the drive can reach from ``before`` in ``period`` [s]."""
@@ -100,23 +100,33 @@ def seen_from(pose: ArrayLike, other: ArrayLike) -> NDArray[np.float64]:
     >>> seen_from((1, 1, np.pi / 2), (1, 3, np.pi)).round(6).tolist()
     [2.0, 0.0, 1.570796]
     """
-    (x, y, theta), (x_other, y_other, theta_other) = pose, other
-    dx, dy = x_other - x, y_other - y
-    return np.array([np.cos(theta) * dx + np.sin(theta) * dy, np.cos(theta) * dy - np.sin(theta) * dx,
-                     wrap_angle(theta_other - theta)])
+    (x, y, theta), (x_other, y_other, theta_other) = map(float, pose), map(float, other)
+    dx, dy, cosine, sine = x_other - x, y_other - y, cos(theta), sin(theta)
+    return np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, _wrapped(theta_other - theta)])
 
 
-def driven(pose: ArrayLike, command: ArrayLike, duration: float) -> NDArray[np.float64]:
-    """Return the pose (3,) [m, m, rad] after driving at (v, omega) for ``duration`` [s]: exactly, on an arc.
+def driven(pose: ArrayLike, command: ArrayLike, duration: float) -> tuple[float, float, float]:
+    """Return the pose [m, m, rad] after driving at (v, omega) for ``duration`` [s]: exactly, on an arc.
+
+    Of numbers, not of arrays: a body is moved thousands of times a second.
 
     Examples
     --------
-    >>> driven((0, 0, 0), (np.pi, np.pi), 0.5).round(6).tolist()
+    >>> [round(value, 6) for value in driven((0, 0, 0), (np.pi, np.pi), 0.5)]
     [1.0, 1.0, 1.570796]
     """
     x, y, theta = pose
     v, omega = command
     turned = omega * duration
     # The chord of the arc, at half of its angle.
-    chord, along = v * duration * np.sinc(turned / (2 * np.pi)), theta + turned / 2
-    return np.array([x + chord * np.cos(along), y + chord * np.sin(along), wrap_angle(theta + turned)])
+    chord, along = v * duration * _sinc(turned / 2), theta + turned / 2
+    return x + chord * cos(along), y + chord * sin(along), _wrapped(theta + turned)
+
+
+def _sinc(angle):
+    return sin(angle) / angle if angle else 1.0
+
+
+def _wrapped(angle):
+    """Return one angle in (-pi, pi]; see `wrap_angle`."""
+    return pi - (pi - angle) % tau % tau
