@@ -67,7 +67,7 @@ class RobotNode(Node):
             self.destroy_node()
             raise
         self._health = RobotHealth(self._agent, self._body, self.host.bus.peers, options)
-        self._shown, self._is_planning, self._has_reported = None, False, False
+        self._shown, self._asked_at, self._has_reported = None, np.inf, False
         self._plans = self.create_publisher(Path, '~/plan', qos.PATH)
         self._statuses = self.create_publisher(RobotStatus, '~/status', qos.live(1))
         guarded, steady, aside = self._guard.callback, Clock(clock_type=ClockType.STEADY_TIME), ReentrantCallbackGroup()
@@ -161,15 +161,16 @@ class RobotNode(Node):
         # The period is set anew each time: the steady clock knows nothing of the phase of the common one.
         self._cycle.timer_period_ns = int(1e9 * self._agent.until_cycle(self._now()))
         self._cycle.reset()
-        if self._health.look(self._is_planning, self.get_logger()):
+        asked_for = monotonic() - self._asked_at
+        if self._health.look(asked_for, self.get_logger()):
             self._statuses.publish(self._health.status(self._now(), self._frame))
-        if self._is_planning:
+        if asked_for > 0.0:
             return
-        self._is_planning = True
+        self._asked_at = monotonic()
         try:
             request = await self.host.worker.submit(self._step, self.host.bus.losses.are_any(monotonic()))
         finally:
-            self._is_planning = False
+            self._asked_at = np.inf
         self._answer_soon()
         if request is not None:
             # A joint plan takes longer than a cycle may, and so does the way to another goal.

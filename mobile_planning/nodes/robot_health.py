@@ -19,6 +19,8 @@ from mobile_planning.nodes.robot_options import RobotOptions
 
 #: A section that takes longer than this [s] has hung.
 _HUNG = 5.0
+#: A section is missed by the end of its cycle, and by this share of one earlier.
+_EARLY = 0.25
 
 
 class RobotHealth:
@@ -35,7 +37,7 @@ class RobotHealth:
     def __init__(self, agent: Agent, body: Body, peers: PeerTable, options: RobotOptions):
         self._agent, self._body, self._peers, self._options = agent, body, peers, options
         self._silent: frozenset[int] = frozenset()
-        self._late, self._began, self._longest = 0, np.inf, 0.0
+        self._late, self._pending, self._began, self._longest = 0, 0, np.inf, 0.0
         self._lag = 0.0
 
     def timed(self, work: Callable) -> Callable:
@@ -53,9 +55,19 @@ class RobotHealth:
         """Take in how far [m] the body is sure to come off its plans where it turns in place."""
         self._lag = lag
 
-    def look(self, is_late: bool, logger) -> bool:
-        """Note once a cycle whether it is missed, and who fell silent or is heard again; return whether anybody did."""
-        self._late += is_late
+    def look(self, asked_for: float, logger) -> bool:
+        """Note how many cycles are missed, and who fell silent or is heard again; return whether anybody did.
+
+        Parameters
+        ----------
+        asked_for : float [s]
+            For how long the section has been asked for that is still being planned; negative for none.
+        logger
+            That is told who.
+        """
+        # A timer is not punctual. Who plans each knot and misses one has not missed a cycle.
+        missed = int(asked_for / self._options.Tc + _EARLY) if asked_for > 0.0 else 0
+        self._late, self._pending = self._late + max(0, missed - self._pending), missed
         silent = frozenset(self._heard_not())
         if self._agent.robot is None or silent == self._silent:
             return False
