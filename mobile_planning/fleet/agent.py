@@ -35,6 +35,8 @@ from mobile_planning.world.occupancy_grid import OccupancyGrid
 _UNKNOWN = 0.1
 #: Robots of one fleet begin their cycles so long after each other [s], as far as there is room for it.
 _APART = 0.012
+#: Sections that come later than by this share of a cycle leave no time for more than one.
+_PRESSED = 0.25
 
 
 class Agent:
@@ -160,6 +162,11 @@ class Agent:
         """Return how far [m] it is to the goal at hand at ``now`` [s]; 0 without one."""
         with self._turn:
             return 0.0 if self.robot is None else self.robot.distance_left(now)
+
+    def note_pace(self, seconds: float) -> None:
+        """Take in how long [s] after it was due the last section came: who can hardly keep up plans once a cycle."""
+        if self.robot is not None:
+            self.robot.is_pressed = seconds > _PRESSED * self.robot.Tc
 
     def until_cycle(self, now: float) -> float:
         """Return how long [s] after `step` at ``now`` [s] the next one is best.

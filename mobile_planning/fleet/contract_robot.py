@@ -278,7 +278,7 @@ class ContractRobot(Robot):
     def cycle(self) -> float:
         # Each section moves the lines between two who pass each other closely: the sooner the next one, the sooner
         # the one behind may follow.
-        return self.options.short_cycle if self._coordination.calls else self.Tc
+        return self.options.short_cycle if self._coordination.calls and not self.is_pressed else self.Tc
 
     @property
     def world_trouble(self) -> str:

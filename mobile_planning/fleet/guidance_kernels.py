@@ -191,13 +191,15 @@ def close_discs(discs, reached, touched, count):
                     count[0] += 1
 
 
-@njit(void(ROOM, POINTS, NODES, f8, f8, f8, f8, f8[:, ::1], i4[:, ::1]), nogil=True, cache=True)
-def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors):
+@njit(b1(ROOM, POINTS, NODES, NODES, f8, f8, f8, f8, f8[:, ::1], i4[:, ::1]), nogil=True, cache=True)
+def spread(squared, discs, ends, wanted, goal_x, goal_y, radius, comfort, cost, anchors):
     """Fill in the cost of the way from each node to the goal, and where it bends first (-1: nowhere).
 
     ``cost`` must come filled with inf; it stays so where no way leads around the discs. ``ends`` are nodes in sight of
-    the goal. The search is Lazy Theta* (Nash, Koenig and Tovey 2010) without a heuristic: Dijkstra's, but along
-    straight lines.
+    the goal. Where there are ``wanted`` nodes the search is over when it has come to all of them; the nodes that it has
+    not come to by then keep inf. Return whether it has come to all nodes that a way leads to.
+
+    The search is Lazy Theta* (Nash, Koenig and Tovey 2010) without a heuristic: Dijkstra's, but along straight lines.
     """
     height, width = squared.shape
     need, state = radius * radius, np.zeros((height, width), np.int8)
@@ -210,7 +212,12 @@ def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors)
             continue
         cost[y, x], anchors[y, x], state[y, x] = np.hypot(x - goal_x, y - goal_y), -1, SEEN
         heappush(heap, (cost[y, x], ends[i]))
-    while len(heap) > 1:
+    is_wanted, left = np.zeros(squared.size, np.bool_), 0
+    for node in wanted:
+        if not is_wanted[node] and cost[node // width, node % width] >= 0.0:
+            is_wanted[node], left = True, left + 1
+    is_over = False
+    while len(heap) > 1 and not is_over:
         so_far, node = heappop(heap)
         y, x = node // width, node % width
         if so_far > cost[y, x] or state[y, x] == CLOSED:
@@ -218,6 +225,9 @@ def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors)
         if not settle(squared, discs, cost, anchors, state, node, goal_x, goal_y, radius, comfort):
             heappush(heap, (cost[y, x], node))
             continue
+        if is_wanted[node]:
+            left -= 1
+            is_over = left == 0
         from_x, from_y, so_far = lead_by(squared, cost, anchors[y, x], goal_x, goal_y, radius, comfort)
         for move in range(16):
             to_x, to_y = x + MOVE_X[move], y + MOVE_Y[move]
@@ -227,8 +237,13 @@ def spread(squared, discs, ends, goal_x, goal_y, radius, comfort, cost, anchors)
             if total < cost[to_y, to_x] - 1e-9 and has_room(squared[y, x], squared[to_y, to_x], move, need):
                 cost[to_y, to_x], anchors[to_y, to_x], state[to_y, to_x] = total, anchors[y, x], HOPED
                 heappush(heap, (total, to_y * width + to_x))
+    for y in range(height if is_over else 0):
+        for x in range(width):
+            if state[y, x] != CLOSED:
+                cost[y, x] = np.inf
     for i in range(count[0]):
         cost[touched[i] // width, touched[i] % width] = np.inf
+    return not is_over
 
 
 @njit(f8[:, ::1](ANCHORS, i8), nogil=True, cache=True)

@@ -75,6 +75,8 @@ class Robot(ABC):
     method: str
     #: Within which [m] it sees other bodies.
     sensor_range = np.inf
+    #: Whether sections come so late that `cycle` should be ``Tc``.
+    is_pressed = False
     environment: Environment
     protocol: Any
     planning_process = None

@@ -15,7 +15,7 @@ from mobile_planning.fleet.search_lattice import SearchLattice
 _BESIDE, _NEAR = 3, 8
 #: Nodes looked at for a way around discs; where it takes more, a field of the way is computed for them.
 _LIMIT = 2000
-_NO_DISCS = np.empty((0, 3))
+_NO_DISCS, _NO_NODES = np.empty((0, 3)), np.empty(0, np.int64)
 
 
 class WayFinder:
@@ -49,7 +49,7 @@ class WayFinder:
         self.lattice, self.goal = lattice, goal
         self._to_cells, self._to_metres, self._resolution = lattice.to_cells, lattice.to_metres, lattice.resolution
         self._squared, self._radius = lattice.squared, lattice.radius / lattice.resolution
-        self._kept = None, None
+        self._kept = None, None, True
         #: Room that the way leaves beside the body where there is some.
         self._comfort = 0.5 * self._radius
 
@@ -110,7 +110,9 @@ class WayFinder:
         nodes, _ = self._nodes_in_sight(start, near)
         way = self._kernels.way_around(self._squared, *self._field, near, nodes, np.stack([start, end]), self._radius,
                                        self._comfort, *self._scratch, _LIMIT)
-        return self._taut(start, way, end, near) if len(way) else self._by_field(start, end, self._around(discs), discs)
+        if len(way):
+            return self._taut(start, way, end, near)
+        return self._by_field(start, end, self._around(discs, self._nodes_in_sight(start, discs)[0]), discs)
 
     def _by_field(self, start, end, field, discs):
         nodes, distance = self._nodes_in_sight(start, discs)
@@ -130,22 +132,32 @@ class WayFinder:
 
     @cached_property
     def _field(self):
-        return self._new_field(_NO_DISCS)
+        return self._new_field(_NO_DISCS, _NO_NODES)[0]
 
-    def _around(self, discs):
-        """Return the field around discs; the last one is kept, for whoever stands, stands long."""
+    def _around(self, discs, nodes):
+        """Return the field around discs, at ``nodes`` at the least, from where somebody wants to know the way.
+
+        The last one is kept, for whoever stands, stands long. Who asks for more of it gets the whole.
+        """
         key = discs.tobytes()
         if self._kept[0] != key:
-            self._kept = key, self._new_field(discs)
+            self._kept = key, *self._new_field(discs, nodes)
+        _, (cost, anchors), is_whole = self._kept
+        if not is_whole and np.isinf(cost.ravel()[nodes]).any():
+            self._kept = key, *self._new_field(discs, _NO_NODES)
         return self._kept[1]
 
-    def _new_field(self, discs):
-        """Return the cost from each node to the goal [cells], and the node where the way there bends first."""
+    def _new_field(self, discs, wanted):
+        """Return a field and whether it is the whole one.
+
+        It is the cost from each node to the goal [cells], and the node where the way there bends first.
+        """
         goal = self._to_cells(self.goal)
         ends, _ = self._nodes_in_sight(goal, discs)
         cost, anchors = np.full(self._squared.shape, np.inf), np.full(self._squared.shape, -1, np.int32)
-        self._kernels.spread(self._squared, discs, ends, *goal, self._radius, self._comfort, cost, anchors)
-        return cost, anchors
+        is_whole = self._kernels.spread(self._squared, discs, ends, wanted, *goal, self._radius, self._comfort, cost,
+                                        anchors)
+        return (cost, anchors), is_whole
 
     @cached_property
     def _scratch(self):

@@ -170,6 +170,7 @@ class RobotNode(Node):
         try:
             request = await self.host.worker.submit(self._step, self.host.bus.losses.are_any(monotonic()))
         finally:
+            self._agent.note_pace(monotonic() - self._asked_at)
             self._asked_at = np.inf
         self._answer_soon()
         if request is not None:

@@ -307,6 +307,10 @@ def test_robots_of_one_fleet_do_not_all_plan_at_one_instant(by_joint_plan, cycle
     # And each of them just in time, or a little earlier, for a knot.
     late = [(each.robot.phase - 10.0 - each.until_cycle(10.0)) % 0.125 for each in eight]
     assert max(late) <= most * 0.012 + 1e-9
+    # Who can hardly keep up plans once a cycle all the same.
+    for took, period in ((0.1, 0.25), (0.01, cycle)):
+        eight[0].note_pace(took)
+        assert eight[0].robot.cycle == period
 
 
 def test_a_section_that_was_planned_for_too_long_is_dropped():

@@ -1,4 +1,6 @@
 """WayFinder: what it says is in sight."""
+from unittest import mock
+
 import numpy as np
 import shapely
 from hypothesis import given, settings
@@ -42,3 +44,16 @@ def test_no_line_of_sight_enters_a_disc_deeper_than_its_ends(a, b, disc, keep):
     way, middle = shapely.LineString([a, b]), shapely.Point(disc)
     if FINDER.is_open(a, b, np.array([[*disc, keep]])):
         assert way.distance(middle) >= min(keep, *(middle.distance(shapely.Point(end)) for end in (a, b))) - 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(PLACES, min_size=2, max_size=4))
+def test_a_way_around_discs_does_not_hang_on_what_was_asked_before(places):
+    """Neither on how much of the field was computed for another place."""
+    across = np.array([(2.15, 3.7, 0.5), (3.3, 2.0, 0.4), (5.2, 2.2, 0.3)])
+    asked = WayFinder(FINDER.lattice, FINDER.goal)
+    # No search from the start: all by the field.
+    with mock.patch('mobile_planning.fleet.way_finder._LIMIT', 0):
+        for place in places:
+            way = asked.way(place, across)
+            assert np.array_equal(way, WayFinder(FINDER.lattice, FINDER.goal).way(place, across))
