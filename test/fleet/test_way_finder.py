@@ -31,8 +31,8 @@ def room_along(a, b):
 def test_what_is_in_sight_has_room_and_what_has_room_to_spare_is_in_sight(a, b):
     least = room_along(a, b)
     if FINDER.is_open(a, b):
-        # A start with less room than the body asks for no more than it has itself, and gives a quarter of a cell.
-        asked = min(RADIUS**2, room_along(a, a)**2 - (FINDER.lattice.resolution / 4)**2)
+        # A start with less room than the body asks for no more than is seen that it has itself.
+        asked = min(RADIUS**2, room_along(a, a)**2 - 0.5625 * FINDER.lattice.resolution**2)
         assert least > 0.0 and least**2 >= asked - 1e-6
     else:
         assert least < RADIUS + 0.02
