@@ -15,7 +15,7 @@ import numpy as np
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.invariant import TOLERANCE
 from mobile_planning.fleet.message import Contracts, LinkMode, RobotMsg
-from mobile_planning.fleet.plan_distances import contract_room, distance_of_point
+from mobile_planning.fleet.plan_distances import contract_room, curves, distance_of_point
 from mobile_planning.fleet.report import Report
 
 #: Contracts that are kept of each pair.
@@ -77,8 +77,9 @@ class Watch:
         if len(peers) > _MOST_LINKS:
             self._turn += _MOST_LINKS
             peers = [peers[(self._turn + index) % len(peers)] for index in range(_MOST_LINKS)]
+        whole = curves(message.plan, message.plan.first_knot, len(message.plan.points) - 2) if peers else None
         for peer in peers:
-            self._judge(message, peer, message.links[peer])
+            self._judge(message, peer, message.links[peer], whole)
 
     def look(self, now: float) -> None:
         """Compare where all robots are at ``now`` [s] by the plans of the last cycle."""
@@ -99,14 +100,14 @@ class Watch:
         return replace(report, valid=report.valid and not self.violations, watched_since=since,
                        violations=[*report.violations, *self.violations])
 
-    def _judge(self, message, peer, link):
-        """Judge the plan of a message by what it says of one link."""
+    def _judge(self, message, peer, link, whole):
+        """Judge the plan of a message, ``whole`` as Bezier curves, by what it says of one link."""
         room = None
         if link.mode is LinkMode.CON:
             contract = self._contract(message, peer, link)
             if contract is not None:
                 room = contract_room(contract, message.plan, message.plan.first_knot, message.robot_id < peer,
-                                     message.radius)
+                                     message.radius, whole)
         elif link.mode is LinkMode.STATIC:
             room = self._room_beside(message, peer)
         else:

@@ -8,7 +8,7 @@ from mobile_planning.nodes.spin import run
 from mobile_planning.nodes.stop_signals import StopSignals
 
 
-#: Between two turns of a robot's executor [s]: a robot hears some ten things a second of each other one.
+#: Between two turns of the executor of who hears robots [s]: each says some ten things a second.
 _REST = 0.05
 
 
@@ -24,7 +24,7 @@ map_server = _door('map_server', 'MapServer')
 grid_planner = _door('grid_planner', 'GridPlanner')
 sampling_planner = _door('sampling_planner', 'SamplingPlanner')
 robot = _door('robots', 'make_robots', _REST)
-world_sim = _door('world_sim', 'WorldSimNode')
+world_sim = _door('world_sim', 'WorldSimNode', _REST)
 
 
 def plan_path(args: list[str] | None = None) -> int:
