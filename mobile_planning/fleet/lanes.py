@@ -13,6 +13,8 @@ from mobile_planning.fleet.roadmap import TIGHT, Roadmap
 #: Two meet in a lane unless they are this far apart in time, and it matters if the first comes so soon [s].
 _APART, _SOON = 1.5, 6.0
 _STEP = 0.1
+#: Fields of so many goals are kept.
+_KEPT = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,7 @@ class Use:
 
 
 class LaneFinder:
-    """The lanes on the ways to goals; the field of each goal is kept.
+    """The lanes on the ways to goals; the fields of the goals that were asked for last are kept.
 
     Parameters
     ----------
@@ -104,9 +106,12 @@ class LaneFinder:
     def _field(self, goal, radius):
         """Return the cost from each place to the goal and the place that comes next (n,)."""
         key = (*goal.tolist(), radius)
-        if key not in self._fields:
-            if len(self._fields) >= 256:
-                self._fields.clear()
+        if key in self._fields:
+            # Whoever was asked for last goes last.
+            self._fields[key] = self._fields.pop(key)
+        else:
+            if len(self._fields) >= _KEPT:
+                del self._fields[next(iter(self._fields))]
             roadmap, count = self.roadmap, len(self.roadmap.places)
             _, near = roadmap.near(goal)
             near = near[roadmap.has_room(np.broadcast_to(goal, (len(near), 2)), roadmap.places[near], radius + TIGHT)]
