@@ -7,7 +7,8 @@ collision or a broken invariant ("unsafe"), a living robot that has not arrived 
 A robot that a dead one cuts off from its goal, lying in its only way or on the goal itself, is not late but "cut off".
 At the end the table of each case and kind is printed. "x none" is the time against that of the same seed without
 faults, median and greatest; "a minute" the goals reached in a minute, median. ``--pictures N`` draws so many of the
-failures, ``--picture SEED ...`` the runs of those seeds; with the cases and kinds named, a single one.
+failures, ``--picture SEED ...`` the runs of those seeds, and ``--film SEED ...`` films them; with the cases and kinds
+named, a single one.
 
 The kinds: nothing; 30 % of all messages lost; delays of up to 0.3 s; one robot dies, with a certificate; storm: two
 partitions and two one-way cuts of some seconds, a cut and a partition of 16 s, silent radios, one robot that restarts
@@ -21,6 +22,7 @@ import signal
 import sys
 import time
 import traceback
+from itertools import product
 from multiprocessing import Pool
 from pathlib import Path
 
@@ -30,7 +32,7 @@ from benchmark.cases import middle_and_most, scene_of, section_times
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.faults import Faults, draw_faults
 from mobile_planning.fleet.makespan import lower_bound
-from mobile_planning.outcome import write_outcome
+from mobile_planning.outcome import film_mission, write_outcome
 
 #: Every family, up to its full size.
 CASES = ('heritage', 'swap:robots=2', 'swap:robots=4', 'swap:robots=8', 'swap:robots=16', 'swap:robots=32',
@@ -168,9 +170,21 @@ def _summary(rows, alone):
 def draw(case, kind, seed, folder):
     """Drive one run again and write its report and picture into a folder of its own; return that."""
     scene, simulation, report = mission(case, kind, seed)
-    home = folder / f'{case}_{kind}_{seed}'.replace(':', '_').replace(',', '_')
+    home = _home(case, kind, seed, folder)
     write_outcome(home, report, simulation.solutions, scene.bodies(), scene.environment())
     return home
+
+
+def film(case, kind, seed, folder):
+    """Drive one run again and write a film of it into a folder of its own; return its path."""
+    scene, simulation, report = mission(case, kind, seed)
+    path = _home(case, kind, seed, folder) / 'mission.gif'
+    film_mission(report, simulation.solutions, scene.bodies(), scene.environment(), path)
+    return path
+
+
+def _home(case, kind, seed, folder):
+    return folder / f'{case}_{kind}_{seed}'.replace(':', '_').replace(',', '_')
 
 
 def arguments():
@@ -183,6 +197,7 @@ def arguments():
     parser.add_argument('--workers', type=int, default=2)
     parser.add_argument('--pictures', type=int, default=0, help='draw so many of the failures')
     parser.add_argument('--picture', type=int, nargs='+', default=(), metavar='SEED', help='draw these runs, and end')
+    parser.add_argument('--film', type=int, nargs='+', default=(), metavar='SEED', help='film these runs, and end')
     options = parser.parse_args()
     for case in options.cases:
         try:
@@ -196,11 +211,10 @@ def main():
     """Run what is missing, and print the table of all that is there."""
     options = arguments()
     options.out.mkdir(parents=True, exist_ok=True)
-    if options.picture:
-        for seed in options.picture:
-            for case in options.cases:
-                for kind in options.kinds:
-                    print(draw(case, kind, seed, options.out))
+    if options.picture or options.film:
+        for show, seeds in ((draw, options.picture), (film, options.film)):
+            for case, kind, seed in product(options.cases, options.kinds, seeds):
+                print(show(case, kind, seed, options.out), flush=True)
         return 0
     wanted = [(case, kind, seed) for seed in range(*options.seeds) for case in options.cases for kind in options.kinds]
     known = {(record['case'], record['kind'], record['seed']) for record in read(options.out / 'runs.jsonl')}
