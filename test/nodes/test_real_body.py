@@ -140,7 +140,7 @@ def test_a_planner_that_is_gone_leaves_the_base_on_its_plan_and_the_next_one_dri
     gone_at = base.base.pose[0]
     # What it has committed is told: else world_sim takes the body for moved.
     first._agent.step = lambda clock: []
-    ros.until(lambda: not first._is_planning and base.base.pose[0] > gone_at + 0.02)
+    ros.until(lambda: np.isinf(first._asked_at) and base.base.pose[0] > gone_at + 0.02)
     ros.remove(first)
     # Started while the pilot of the first still drives: it waits for its turn.
     second = real(scene=str(scene), logbook=book if has_book else '')
