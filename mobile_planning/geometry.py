@@ -1,4 +1,6 @@
 """Angles and distances in the plane."""
+from math import pi, tau
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -23,6 +25,17 @@ def wrap_angle(angle: ArrayLike) -> NDArray[np.float64]:
     """
     # One remainder of a tiny negative number is 2 pi itself, by rounding; the second makes it 0.
     return np.pi - np.mod(np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi), 2 * np.pi)
+
+
+def wrap_number(angle: float) -> float:
+    """Return one angle in (-pi, pi] [rad], as `wrap_angle` does, in a fraction of the time.
+
+    Examples
+    --------
+    >>> wrap_number(3 * np.pi) == np.pi
+    True
+    """
+    return pi - (pi - angle) % tau % tau
 
 
 def point_to_segment(points: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.float64]:

@@ -6,23 +6,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.geometry import depth_in_box, finite_points, point_to_segment, wrap_angle
+from mobile_planning.geometry import depth_in_box, finite_points, point_to_segment, wrap_angle, wrap_number
 
 NUMBERS = st.floats(-20, 20).map(lambda value: round(value, 3))
 POINTS = st.tuples(NUMBERS, NUMBERS)
 
 
-@given(st.floats(-1e3, 1e3))
-def test_a_wrapped_angle_points_the_same_way_and_is_in_range(angle):
-    wrapped = wrap_angle(angle)
+@pytest.mark.parametrize('wrap', [wrap_angle, wrap_number])
+@given(angle=st.floats(-1e3, 1e3))
+def test_a_wrapped_angle_points_the_same_way_and_is_in_range(wrap, angle):
+    wrapped = wrap(angle)
     assert -np.pi < wrapped <= np.pi
     assert (np.cos(wrapped), np.sin(wrapped)) == pytest.approx((np.cos(angle), np.sin(angle)), abs=1e-9)
 
 
-@given(st.integers(-9, 9), st.integers(-4, 4))
-def test_an_angle_next_to_a_half_turn_is_in_range(half_turns, steps):
+@pytest.mark.parametrize('wrap', [wrap_angle, wrap_number])
+@given(half_turns=st.integers(-9, 9), steps=st.integers(-4, 4))
+def test_an_angle_next_to_a_half_turn_is_in_range(wrap, half_turns, steps):
     angle = half_turns * np.pi
-    assert -np.pi < wrap_angle(angle + steps * np.spacing(angle)) <= np.pi
+    assert -np.pi < wrap(angle + steps * np.spacing(angle)) <= np.pi
 
 
 @given(POINTS, POINTS, POINTS)

@@ -12,12 +12,13 @@ k3 / (2 |v| sqrt(k2)).
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import cos, pi, sin, tau
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
+from mobile_planning.geometry import wrap_number
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def seen_from(pose: ArrayLike, other: ArrayLike) -> NDArray[np.float64]:
     """
     (x, y, theta), (x_other, y_other, theta_other) = map(float, pose), map(float, other)
     dx, dy, cosine, sine = x_other - x, y_other - y, cos(theta), sin(theta)
-    return np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, _wrapped(theta_other - theta)])
+    return np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, wrap_number(theta_other - theta)])
 
 
 def driven(pose: ArrayLike, command: ArrayLike, duration: float) -> tuple[float, float, float]:
@@ -120,13 +121,8 @@ def driven(pose: ArrayLike, command: ArrayLike, duration: float) -> tuple[float,
     turned = omega * duration
     # The chord of the arc, at half of its angle.
     chord, along = v * duration * _sinc(turned / 2), theta + turned / 2
-    return x + chord * cos(along), y + chord * sin(along), _wrapped(theta + turned)
+    return x + chord * cos(along), y + chord * sin(along), wrap_number(theta + turned)
 
 
 def _sinc(angle):
     return sin(angle) / angle if angle else 1.0
-
-
-def _wrapped(angle):
-    """Return one angle in (-pi, pi]; see `wrap_angle`."""
-    return pi - (pi - angle) % tau % tau
