@@ -91,7 +91,8 @@ def is_clear(squared, discs, ax, ay, bx, by, need):
     """Return whether the segment from a to b has the squared room ``need``, or that of its ends where they have less.
 
     It must lie inside the lattice and touch nothing occupied. The next sample is as far ahead as may prove the piece up
-    to it; where it does not, one half as far is looked at.
+    to it; where it does not, one half as far is looked at. Each has ``BETWEEN`` to spare, so that a way does not graze
+    what a robot that follows it would brush against.
     """
     at_a, at_b = room_at(squared, ax, ay), room_at(squared, bx, by)
     if at_a < BETWEEN or at_b < BETWEEN:
@@ -104,7 +105,7 @@ def is_clear(squared, discs, ax, ay, bx, by, need):
         while True:
             share = (at + piece) / length
             ahead = room_within(squared, ax + share * (bx - ax), ay + share * (by - ay))
-            if least_between(room, ahead, piece * piece) >= need - 1e-9:
+            if ahead >= need + BETWEEN - 1e-12 and least_between(room, ahead, piece * piece) >= need - 1e-9:
                 break
             if piece <= STEP:
                 return False

@@ -71,9 +71,9 @@ class Account:
         never_said = [f'robot {robot_id} has driven and never said what' for robot_id in sorted(unknown)]
         violations = [*report.violations, *self.left_out, *never_said]
         ended = max((solution.end for solution in self.solutions.values()), default=self.start_time) - self.start_time
-        report = replace(report, robots=len(bodies), dead=len(dead), violations=violations,
-                         lower_bound=lower_bound(bodies, environment),
-                         waiting=why_they_wait(self._waiters(), self._bodies_of_the_dead(), environment, ended))
+        waiting = why_they_wait(self._waiters(report.at_goal), self._bodies_of_the_dead(), environment, ended)
+        report = replace(report, robots=len(bodies), dead=len(dead), violations=violations, waiting=waiting,
+                         lower_bound=lower_bound(bodies, environment))
         if self.is_complete:
             return replace(report, valid=report.valid and not unknown)
         return replace(report, valid=False, violations=[*violations, f'the mission ended: {self.why}'])
@@ -88,11 +88,12 @@ class Account:
         is_near = np.linalg.norm(found[:2] - body.start[:2]) <= _FOUND and not np.ptp(first.points, axis=0).any()
         return replace(body, start=found if is_near else body.start, goal=goals[-1], via=goals[:-1])
 
-    def _waiters(self):
-        """Return the living robots that had not arrived when the mission ended, as they told of themselves."""
+    def _waiters(self, at_goal):
+        """Return the living robots that are not judged to be at their goals, as they told of themselves."""
         return [Waiter(message.robot_id, message.mode.name.lower(), message.lz, message.goal, message.radius,
                        message.v_max, message.links, told.without_word_of, told.held_up,
-                       self.solutions.get(message.robot_id), self.start_time) for message, told in self.last]
+                       self.solutions.get(message.robot_id), self.start_time)
+                for message, told in self.last if message.robot_id not in at_goal]
 
     def _bodies_of_the_dead(self):
         """Return where the bodies of the dead and of the silent rest, and their radii, by robot id."""

@@ -45,7 +45,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Waiting:
-    """A living robot that had not arrived at the end of a mission.
+    """A living robot that had not arrived when its mission ended, and was not about to by the plan in force.
 
     Attributes
     ----------
@@ -104,7 +104,9 @@ class Report:
     name : str
     valid : bool
         All arrived and nothing was violated.
-    robots, arrived : int
+    robots : int
+    at_goal : tuple of int
+        Robots that had reached all their goals and rest at the last one, or come to rest there by the plan in force.
     min_separation : float [m]
         Between two centres; infinite for one robot.
     min_obstacle_clearance : float [m]
@@ -124,7 +126,7 @@ class Report:
     dead : int
         Robots whose process did not run at the end.
     waiting : tuple of Waiting
-        The living robots that had not arrived, and what is known of why.
+        The living robots that are not ``at_goal``, and what is known of why.
     joint_plans : int or None
         That were told; None if unknown.
     goals, arrivals : int
@@ -141,7 +143,7 @@ class Report:
     name: str
     valid: bool
     robots: int
-    arrived: int
+    at_goal: tuple[int, ...]
     min_separation: float
     min_obstacle_clearance: float
     mission_time: float
@@ -161,6 +163,11 @@ class Report:
     watched_since: float = 0.0
 
     @property
+    def arrived(self) -> int:
+        """Number of robots that are ``at_goal``."""
+        return len(self.at_goal)
+
+    @property
     def ratio(self) -> float | None:
         """The mission time over its lower bound; None unless there is one and all have arrived."""
         if not self.lower_bound or self.arrived < self.robots:
@@ -176,11 +183,11 @@ class Report:
         return {'count': len(times), 'median': float(np.median(times)), 'p99': float(np.percentile(times, 99))}
 
     def as_dict(self) -> dict:
-        """Return the fields and the ratio for JSON, which has no infinity: None stands for it.
+        """Return the fields, arrivals and ratio for JSON, which has no infinity: None stands for it.
 
         The section times are summed up: how many, their median and their 99th percentile [s].
         """
-        fields = {**asdict(self), 'ratio': self.ratio, 'section_times': self.section_summary}
+        fields = {**asdict(self), 'arrived': self.arrived, 'ratio': self.ratio, 'section_times': self.section_summary}
         return {key: None if isinstance(value, float) and not np.isfinite(value) else value
                 for key, value in fields.items()}
 

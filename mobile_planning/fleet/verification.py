@@ -43,15 +43,15 @@ def verify(solutions: Mapping[int, Solution], bodies: Sequence[Body], environmen
     violations = sum([*alone, *(_meetings(a, b) for a, b in combinations(tracks, 2))], [])
     separation, closest, clearance, seen = _sampled(tracks, world)
     reached = [visits(track, _ARRIVED, _TURNED) for track in tracks]
-    arrivals = [track.rests_from() for track, times in zip(tracks, reached) if plans[track.body.eyed]
+    arrivals = {track.body.eyed: track.rests_from() for track, times in zip(tracks, reached) if plans[track.body.eyed]
                 and len(times) == len(track.body.goals)
                 and norm(track.points[-1, 3] - track.body.goal[:2]) <= _ARRIVED
-                and abs(wrap_angle(track.theta[-1] - track.body.goal[2])) <= _TURNED]
+                and abs(wrap_angle(track.theta[-1] - track.body.goal[2])) <= _TURNED}
     latest = max((times[-1] for times in reached if times), default=0.0)
     times = tuple(seconds for solution in solutions.values() for seconds in solution.section_times)
-    return Report(name, not violations + seen and len(arrivals) == len(tracks), len(tracks), len(arrivals), separation,
-                  clearance, max(arrivals, default=0.0), violations + seen, closest, section_times=times,
-                  goals=sum(len(body.goals) for body in bodies), arrivals=sum(map(len, reached)),
+    return Report(name, not violations + seen and len(arrivals) == len(tracks), len(tracks), tuple(arrivals),
+                  separation, clearance, max(arrivals.values(), default=0.0), violations + seen, closest,
+                  section_times=times, goals=sum(len(body.goals) for body in bodies), arrivals=sum(map(len, reached)),
                   throughput=60.0 * sum(map(len, reached)) / latest if latest > 0.0 else None)
 
 

@@ -1,7 +1,7 @@
 """Waiting: who had not arrived when a mission ended, and what is known of why."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,11 +56,13 @@ class Waiter:
     start: float
 
 
-def waiting_at(vehicles: Sequence[Vehicle], environment: Environment, now: float) -> tuple[Waiting, ...]:
-    """Return what is known of each living robot that has not arrived at ``now`` [s]."""
+def waiting_at(vehicles: Sequence[Vehicle], at_goal: Collection[int], environment: Environment,
+               now: float) -> tuple[Waiting, ...]:
+    """Return what is known at ``now`` [s] of each living robot that is neither done nor judged to be ``at_goal``."""
     dead = {vehicle.eyed: (vehicle.robot.plan.end, vehicle.robot.limits.radius) for vehicle in vehicles
             if vehicle.has_joined and not vehicle.is_alive}
-    waiters = [_waiter(vehicle, now) for vehicle in vehicles if vehicle.is_alive and not vehicle.robot.is_done]
+    waiters = [_waiter(vehicle, now) for vehicle in vehicles
+               if vehicle.is_alive and not vehicle.robot.is_done and vehicle.eyed not in at_goal]
     return why_they_wait(waiters, dead, environment, now)
 
 

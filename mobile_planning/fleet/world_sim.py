@@ -137,7 +137,8 @@ class WorldSim:
         return replace(report, valid=report.valid and not breaches, violations=report.violations + breaches,
                        lower_bound=lower_bound(bodies, self.environment), dead=len(episode.dead),
                        messages=episode.messages, message_bytes=episode.message_bytes, joint_plans=episode.joint_plans,
-                       waiting=waiting_at(list(episode.vehicles.values()), self.environment, episode.ended))
+                       waiting=waiting_at(list(episode.vehicles.values()), report.at_goal, self.environment,
+                                          episode.ended))
 
 
 def body_of(robot: Robot) -> Body:

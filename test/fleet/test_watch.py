@@ -100,7 +100,7 @@ def test_a_plan_through_a_robot_at_rest_is_found(said):
 
 def test_what_it_has_not_heard_is_said_in_the_report(said):
     history, radii = said
-    report = Report('m', True, 4, 4, 1.0, 1.0, 9.0)
+    report = Report('m', True, 4, (1, 2, 3, 4), 1.0, 1.0, 9.0)
     watch = Watch(radii)
     assert watch.summed_up(report, 1.0).watched_since == 0.0
     for message, stamp in history:

@@ -269,11 +269,11 @@ def test_whole_numbers_arrive_as_the_same_numbers():
     assert (received.mission_start.sec, received.goals_reached) == (8, 9)
     odometry = sent(convert_views.odometry(np.array([1, 2, 0, 3, 4]), 5, 'map', 'base'))
     assert (odometry.pose.pose.position.x, odometry.twist.twist.linear.x, odometry.twist.twist.angular.z) == (1, 3, 4)
-    report = sent(convert_mission.report_message(Report('m', True, 2, 2, np.inf, 1, 9), 4))
+    report = sent(convert_mission.report_message(Report('m', True, 2, (1, 2), np.inf, 1, 9), 4))
     assert isinstance(report, MissionReport) and report.min_separation == np.inf and report.mission_time == 9
     assert np.isnan(report.lower_bound) and (report.messages, report.dead, len(report.section_times)) == (0, 0, 0)
-    report = sent(convert_mission.report_message(Report('m', True, 2, 2, 1, 1, 9, lower_bound=6, section_times=(1, 2),
-                                                        messages=7, message_bytes=8, dead=1), 4))
+    report = sent(convert_mission.report_message(Report('m', True, 2, (1, 2), 1, 1, 9, lower_bound=6,
+                                                        section_times=(1, 2), messages=7, message_bytes=8, dead=1), 4))
     assert (report.lower_bound, report.messages, report.message_bytes, report.dead) == (6, 7, 8, 1)
     assert list(report.section_times) == [1, 2]
 
