@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes .venv in the root of the repository, or brings it up to date: the pinned wheels, the messages, the package with
-# its links where `ros2 run` looks, the compiled kernels. A step whose inputs are unchanged is skipped; a step that was
-# interrupted is done again.
+# Makes .venv in the root of the repository, or brings it up to date: the pinned wheels, the package with its links where
+# `ros2 run` looks, the messages and, beside them, the compiled kernels. A step whose inputs are unchanged is skipped; a
+# step that was interrupted is done again.
 #
 #     launch/setup.sh                            with python3, or the first of python3.12 to python3.10 that will do
 #     PYTHON=/path/to/python3.12 launch/setup.sh
@@ -110,40 +110,60 @@ is_done() {
     [[ $(cat ".venv/stamps/$1" 2> /dev/null) == "$2" ]]
 }
 
-# step NAME DIGEST TITLE COMMAND: runs the command unless the step's stamp holds the digest.
-step() {
-    local name=$1 digest=$2 title=$3 command=$4 status=0 begin
+# begin NAME DIGEST COMMAND: starts the command of a step unless its stamp holds the digest.
+begin() {
+    local name=$1 digest=$2 command=$3
     if is_done "$name" "$digest"; then
         return
     fi
     rm -f ".venv/stamps/$name"
-    printf 'setup: %s ... ' "$title"
-    begin=$(date +%s%N)
+    began[$name]=$(date +%s%N)
     # Monitor mode gives the step a process group of its own, which a signal can end as a whole.
     set -m
     (set -e; "$command") > ".venv/log/$name.log" 2>&1 < /dev/null &
-    job=$!
+    jobs[$name]=$!
     set +m
-    wait "$job" || status=$?
-    job=''
+}
+
+# finish NAME DIGEST TITLE: waits for a step that was begun, and stamps it.
+finish() {
+    local name=$1 digest=$2 title=$3 status=0 took
+    if [[ -z ${jobs[$name]:-} ]]; then
+        return
+    fi
+    printf 'setup: %s ... ' "$title"
+    wait "${jobs[$name]}" || status=$?
+    unset "jobs[$name]"
     if ((status)); then
         printf 'failed\n'
         {
             tail -n 20 ".venv/log/$name.log"
             echo "setup: step $name failed with code $status, see $venv/log/$name.log"
         } >&2
+        end_jobs
         exit 1
     fi
     echo "$digest" > ".venv/stamps/$name"
-    begin=$((($(date +%s%N) - begin) / 100000000))
-    printf '%d.%d s\n' $((begin / 10)) $((begin % 10))
+    took=$((($(date +%s%N) - began[$name]) / 100000000))
+    printf '%d.%d s\n' $((took / 10)) $((took % 10))
+}
+
+# step NAME DIGEST TITLE COMMAND: a step that nothing else runs beside.
+step() {
+    begin "$1" "$2" "$4"
+    finish "$1" "$2" "$3"
+}
+
+end_jobs() {
+    local job
+    for job in "${jobs[@]}"; do
+        kill -INT -- "-$job" 2> /dev/null || true
+        wait "$job" || true
+    done
 }
 
 interrupt() {
-    if [[ -n ${job:-} ]]; then
-        kill -INT -- "-$job" 2> /dev/null || true
-        wait "$job" || true
-    fi
+    end_jobs
     printf '\nsetup: interrupted; the next run goes on from here\n' >&2
     exit "$1"
 }
@@ -208,7 +228,7 @@ main() {
         echo 'setup: waiting for another set-up of this repository'
         flock 9
     fi
-    job=''
+    declare -A jobs=() began=()
     trap 'interrupt 130' INT
     trap 'interrupt 143' TERM
 
@@ -230,10 +250,12 @@ main() {
         echo "$python" > .venv/stamps/python
     fi
     step wheels "$wheels" "wheels for $python into .venv" install_wheels
-    step messages "$messages" 'messages' build_messages
     code=$(digest "$wheels" "${package[@]}")
     step package "$code" 'package' install_package
-    step kernels "$code" 'kernels' compile_kernels
+    begin messages "$messages" build_messages
+    begin kernels "$code" compile_kernels
+    finish messages "$messages" 'messages'
+    finish kernels "$code" 'kernels'
 }
 
 main

@@ -11,7 +11,7 @@ import pytest
 REPOSITORY = Path(__file__).resolve().parent.parent
 TOOLS = (
     'bash', 'cat', 'chmod', 'cp', 'cut', 'date', 'dirname', 'find', 'flock', 'ln', 'mkdir', 'mkfifo', 'rm', 'sed',
-    'sha256sum', 'sort', 'tail', 'touch', 'uname', 'xargs')
+    'sha256sum', 'sleep', 'sort', 'tail', 'touch', 'uname', 'xargs')
 COMPILER = '#!/bin/sh\nexit 0\n'
 
 # Runs the script's own question on this Python after a change to it.
@@ -49,6 +49,18 @@ case "$*" in
     '-S msg_defs'*)
         mkdir -p .venv/build/msg_defs
         echo "$PWD/.venv/installed_message" > .venv/build/msg_defs/install_manifest.txt
+        ;;
+    '--build'*)
+        if [[ -p {fault} ]]; then
+            read -r < {fault}
+            exit 4
+        fi
+        ;;
+    *warm_up)
+        if [[ -p {fault} ]]; then
+            echo > {fault}
+            sleep infinity
+        fi
         ;;
 esac
 '''
@@ -191,7 +203,7 @@ def test_everything_that_is_missing_is_named_at_once(machine):
 
 
 def test_a_second_set_up_has_nothing_to_do(ready):
-    assert ready.steps() == ['wheels', 'messages', 'package', 'kernels']
+    assert ready.steps() == ['wheels', 'package', 'messages', 'kernels']
     calls = ready.calls.read_text()
     assert ready.steps() == []
     assert ready.calls.read_text() == calls
@@ -233,14 +245,14 @@ def test_changed_requirements_make_the_environment_anew(ready):
     leftover.touch()
     with open(ready.root / 'requirements.txt', 'a', encoding='utf-8') as file:
         file.write('# more\n')
-    assert ready.steps() == ['wheels', 'messages', 'package', 'kernels']
+    assert ready.steps() == ['wheels', 'package', 'messages', 'kernels']
     assert not leftover.exists()
 
 
 def test_a_moved_repository_makes_its_environment_anew(ready):
     ready.steps()
     ready.root = ready.root.rename(ready.root.with_name('moved'))
-    assert ready.steps() == ['wheels', 'messages', 'package', 'kernels']
+    assert ready.steps() == ['wheels', 'package', 'messages', 'kernels']
 
 
 def test_a_failed_step_shows_the_end_of_its_log_and_is_done_again(ready):
@@ -251,7 +263,20 @@ def test_a_failed_step_shows_the_end_of_its_log_and_is_done_again(ready):
     assert errors.splitlines()[:20] == [f'line {number} of the log' for number in range(30, 50)]
     assert 'step wheels failed with code 3' in errors
     ready.fault.unlink()
-    assert ready.steps() == ['wheels', 'messages', 'package', 'kernels']
+    assert ready.steps() == ['wheels', 'package', 'messages', 'kernels']
+
+
+def test_a_step_beside_one_that_failed_is_ended_and_done_again(ready):
+    assert ready.steps() == ['wheels', 'package', 'messages', 'kernels']
+    os.mkfifo(ready.fault)
+    for file in 'msg_defs/msg/RobotMsg.msg', 'mobile_planning/errors.py':
+        with open(ready.root / file, 'a', encoding='utf-8') as changed:
+            changed.write('\n')
+    # The messages fail as soon as the kernels are under way, which would never end.
+    code, output, errors = ready.set_up()
+    assert (code, 'kernels' in output) == (1, False) and 'step messages failed with code 4' in errors
+    ready.fault.unlink()
+    assert ready.steps() == ['messages', 'kernels']
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -265,4 +290,4 @@ def test_an_interrupted_step_is_done_again(ready, number):
     assert process.returncode == 128 + number
     assert 'interrupted' in errors
     ready.fault.unlink()
-    assert ready.steps() == ['wheels', 'messages', 'package', 'kernels']
+    assert ready.steps() == ['wheels', 'package', 'messages', 'kernels']
