@@ -13,8 +13,8 @@ from mobile_planning.fleet.roadmap import TIGHT, Roadmap
 #: Two meet in a lane unless they are this far apart in time, and it matters if the first comes so soon [s].
 _APART, _SOON = 1.5, 6.0
 _STEP = 0.1
-#: Fields of so many goals are kept.
-_KEPT = 64
+#: The field of a goal is kept until it has not been asked for among so many questions, or twice as many.
+_GENERATION = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Use:
 
 
 class LaneFinder:
-    """The lanes on the ways to goals; the fields of the goals that were asked for last are kept.
+    """The lanes on the ways to goals; the fields of the goals that were asked for of late are kept.
 
     Parameters
     ----------
@@ -59,6 +59,8 @@ class LaneFinder:
     def __init__(self, roadmap: Roadmap):
         self.roadmap = roadmap
         self._fields: dict[tuple, tuple] = {}
+        self._older: dict[tuple, tuple] = {}
+        self._questions = 0
         self._extents: dict[int, tuple] = {}
 
     def uses(self, place: ArrayLike, goal: ArrayLike, radius: float, v_max: float) -> dict[int, Use]:
@@ -105,20 +107,22 @@ class LaneFinder:
 
     def _field(self, goal, radius):
         """Return the cost from each place to the goal and the place that comes next (n,)."""
+        self._questions += 1
+        if self._questions % _GENERATION == 0:
+            self._fields, self._older = {}, self._fields
         key = (*goal.tolist(), radius)
-        if key in self._fields:
-            # Whoever was asked for last goes last.
-            self._fields[key] = self._fields.pop(key)
-        else:
-            if len(self._fields) >= _KEPT:
-                del self._fields[next(iter(self._fields))]
-            roadmap, count = self.roadmap, len(self.roadmap.places)
-            _, near = roadmap.near(goal)
-            near = near[roadmap.has_room(np.broadcast_to(goal, (len(near), 2)), roadmap.places[near], radius + TIGHT)]
-            usable = roadmap.edges[roadmap.rooms >= radius + TIGHT]
-            edges = np.concatenate([usable, np.column_stack([near, np.full(len(near), count)])])
-            places = np.concatenate([roadmap.places, goal[None]])
-            lengths = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
-            graph = csr_matrix((lengths, edges.T), shape=(count + 1, count + 1))
-            self._fields[key] = dijkstra(graph, directed=False, indices=count, return_predecessors=True)
+        if key not in self._fields:
+            known = self._older.get(key)
+            self._fields[key] = self._search(goal, radius) if known is None else known
         return self._fields[key]
+
+    def _search(self, goal, radius):
+        roadmap, count = self.roadmap, len(self.roadmap.places)
+        _, near = roadmap.near(goal)
+        near = near[roadmap.has_room(np.broadcast_to(goal, (len(near), 2)), roadmap.places[near], radius + TIGHT)]
+        usable = roadmap.edges[roadmap.rooms >= radius + TIGHT]
+        edges = np.concatenate([usable, np.column_stack([near, np.full(len(near), count)])])
+        places = np.concatenate([roadmap.places, goal[None]])
+        lengths = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
+        graph = csr_matrix((lengths, edges.T), shape=(count + 1, count + 1))
+        return dijkstra(graph, directed=False, indices=count, return_predecessors=True)

@@ -4,6 +4,7 @@ from itertools import permutations
 import numpy as np
 
 from mobile_planning import Boundary, Environment, PolygonObstacle
+from mobile_planning.fleet import lanes
 from mobile_planning.fleet.lanes import LaneFinder
 from mobile_planning.fleet.roadmap import Roadmap
 
@@ -20,17 +21,31 @@ def wall(left, right, *doors, width=0.65):
 def test_whoever_is_left_out_from_afar_meets_nobody_in_a_lane():
     # Three rooms in a row, joined by a corridor and by a door.
     world = Environment(Boundary((0, 12), (0, 4)), [*wall(3.0, 5.0, 1.5), *wall(9.0, 9.2, 3.0)])
-    lanes, rng = LaneFinder(Roadmap(world, RADIUS)), np.random.default_rng(3)
+    finder, rng = LaneFinder(Roadmap(world, RADIUS)), np.random.default_rng(3)
     ends = rng.uniform((0.3, 0.3), (11.7, 3.7), (200, 2))
     ends = ends[world.clearance(ends) > RADIUS + 0.05][:120].reshape(-1, 2, 2)
     speeds = rng.choice((0.4, 1.0), len(ends))
-    uses = [lanes.uses(*pair, RADIUS, speed) for pair, speed in zip(ends, speeds)]
+    uses = [finder.uses(*pair, RADIUS, speed) for pair, speed in zip(ends, speeds)]
     met = left_out = 0
     for (own, _, _), (theirs, (place, _), speed) in permutations(zip(uses, ends, speeds), 2):
         for lane in own.keys() & theirs.keys():
-            soonest = lanes.soonest(lane, place, speed)
+            soonest = finder.soonest(lane, place, speed)
             assert soonest <= theirs[lane].since
             may, does = own[lane].may_meet(soonest), own[lane].meets(theirs[lane])
             assert may or not does
             met, left_out = met + does, left_out + (not may)
     assert met > 50 and left_out > 50
+
+
+def test_the_field_of_a_goal_is_kept_as_long_as_it_is_asked_for(monkeypatch):
+    world = Environment(Boundary((0, 12), (0, 4)), wall(5.0, 7.0, 1.5))
+    finder, searched, search = LaneFinder(Roadmap(world, RADIUS)), [], lanes.dijkstra
+    monkeypatch.setattr(lanes, 'dijkstra', lambda *args, **options: searched.append(0) or search(*args, **options))
+    used = [finder.uses((1.0, 2.0), (9.0, 2.0), RADIUS, 1.0)]
+    for y in np.linspace(1.0, 3.0, 400):
+        finder.uses((1.0, 2.0), (10.0, y), RADIUS, 1.0)
+        used.append(finder.uses((1.0, 2.0), (9.0, 2.0), RADIUS, 1.0))
+    assert len(searched) == 401 and all(each.keys() == used[0].keys() != set() for each in used)
+    # The first of the others has not been asked for since.
+    finder.uses((1.0, 2.0), (10.0, 1.0), RADIUS, 1.0)
+    assert len(searched) == 402
