@@ -6,7 +6,8 @@ None holds the GIL.
 import numpy as np
 from numba import b1, f8, i8, njit, void
 
-from mobile_planning.fleet.guidance_kernels import NUMBERS, POINTS, ROOM, room_at
+from mobile_planning.fleet.guidance_kernels import NUMBERS
+from mobile_planning.fleet.sight_kernels import POINTS, ROOM, room_at
 
 #: A line (px, py, dx, dy): the velocities to the left of the point p along the unit direction d are free.
 _TINY = 1e-9

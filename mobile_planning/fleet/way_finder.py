@@ -43,9 +43,9 @@ class WayFinder:
     """
 
     def __init__(self, lattice: SearchLattice, goal: NDArray):
-        from mobile_planning.fleet import guidance_kernels
+        from mobile_planning.fleet import guidance_kernels, sight_kernels
 
-        self._kernels = guidance_kernels
+        self._kernels, self._sight = guidance_kernels, sight_kernels
         self.lattice, self.goal = lattice, goal
         self._to_cells, self._to_metres, self._resolution = lattice.to_cells, lattice.to_metres, lattice.resolution
         self._squared, self._radius = lattice.squared, lattice.radius / lattice.resolution
@@ -86,12 +86,12 @@ class WayFinder:
 
     def is_open(self, a: ArrayLike, b: ArrayLike, discs: NDArray = _NO_DISCS) -> bool:
         """Return whether the segment from ``a`` to ``b`` (2,) [m] has room for the body, or as much as ``a`` has."""
-        return self._kernels.is_open(self._squared, self._in_cells(discs), *self._to_cells(a), *self._to_cells(b),
-                                     self._radius)
+        return self._sight.is_open(self._squared, self._in_cells(discs), *self._to_cells(a), *self._to_cells(b),
+                                   self._radius)
 
     def room(self, place: ArrayLike) -> float:
         """Return at least how far [m] the nearest thing static is from ``place`` (2,) [m]."""
-        return float(np.sqrt(self._kernels.room_at(self._squared, *self._to_cells(place)))) * self._resolution
+        return float(np.sqrt(self._sight.room_at(self._squared, *self._to_cells(place)))) * self._resolution
 
     def _in_cells(self, discs):
         """Return discs with their places and squared distances in cells."""
@@ -99,7 +99,7 @@ class WayFinder:
 
     def _static_way(self, start, end):
         """Return way-points (n, 2) [cells] through the static world, none if there is no way."""
-        if self._kernels.is_clear(self._squared, _NO_DISCS, *start, *end, (self._radius + self._comfort)**2):
+        if self._sight.is_clear(self._squared, _NO_DISCS, *start, *end, (self._radius + self._comfort)**2):
             return np.stack([start, end])
         return self._by_field(start, end, self._field, _NO_DISCS)
 
@@ -175,7 +175,7 @@ class WayFinder:
         distance = np.hypot(x - place[0], y - place[1])
         has_room = self._squared[y, x] >= self._radius**2
         beside = np.flatnonzero(has_room & (np.maximum(abs(x - place[0]), abs(y - place[1])) <= _BESIDE))
-        seen = [index for index in beside if self._kernels.is_clear(
+        seen = [index for index in beside if self._sight.is_clear(
             self._squared, discs, *place, float(x[index]), float(y[index]), self._radius**2)]
         if not seen and has_room.any():
             seen = [np.where(has_room, distance, np.inf).argmin()]
