@@ -15,6 +15,7 @@ from mobile_planning.errors import InvalidInput, PlanningError
 from mobile_planning.fleet.announcement import Announcement
 from mobile_planning.fleet.enlistment import Enlistment
 from mobile_planning.fleet.goal_request import GoalRequest, Outlook
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.itinerary import How
 from mobile_planning.fleet.joint_message import JointPlan
 from mobile_planning.fleet.joint_request import GroundRequest, JointRequest
@@ -385,8 +386,9 @@ class Agent:
         robot = self.robot
         has_set_out = robot.mode is not Mode.STOPPED and now >= self.mission_start > 0.0 and not robot.is_done
         lacking = tuple(robot.protocol.forbidding(now, True)) if has_set_out else ()
+        held_up = HoldUp(self.mission_start, Reason.LEFT_OUT) if self.is_left_out else robot.held_up
         return Postscript(self.mission_start, self.journey.itinerary.reached, without_word_of=lacking,
-                          held_up=robot.held_up, is_where_left=self._succession.is_where_left)
+                          held_up=held_up, is_where_left=self._succession.is_where_left)
 
     @property
     def _has_started(self):

@@ -14,6 +14,8 @@ class Reason(Enum):
     STALLED = 'stalled'
     #: The newest joint plan found no way to its goal past those who stand.
     BLOCKED = 'blocked'
+    #: Its process was started anew, and found the body elsewhere than the last plan has led it.
+    LEFT_OUT = 'left out'
 
 
 @dataclass(frozen=True)

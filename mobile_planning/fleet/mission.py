@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.hold_up import Reason
 from mobile_planning.fleet.message import Death, RobotMsg
 from mobile_planning.fleet.mission_account import Account
 from mobile_planning.fleet.postscript import Postscript
@@ -117,6 +118,11 @@ class Mission:
             self.solutions.pop(robot_id, None)
             if is_new and known is not None and not postscript.is_where_left:
                 self._note_place(robot_id, known.plan.end, message.plan.points[0])
+        elif not self.why and postscript.held_up is not None and postscript.held_up.reason is Reason.LEFT_OUT:
+            # By the process that this one succeeds.
+            self._left_out.setdefault(robot_id, f'robot {robot_id} was started anew elsewhere than its last plan has '
+                                                'led it: it was left out')
+            self.solutions.pop(robot_id, None)
 
     def _note_place(self, robot_id, left, found):
         """Leave a robot out whose body was not found where its last plan has left it."""

@@ -18,7 +18,7 @@ from mobile_planning.nodes import wire
 from mobile_planning.nodes.convert import header, seconds
 
 #: In the order of their numbers in a RobotMsg, from 1 on.
-_REASONS = Reason.TURN, Reason.STALLED, Reason.BLOCKED
+_REASONS = Reason.TURN, Reason.STALLED, Reason.BLOCKED, Reason.LEFT_OUT
 
 
 def robot_message(message: RobotMsg, time: float, frame: str, postscript: Postscript = Postscript()) -> RobotMessage:

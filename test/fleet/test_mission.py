@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet.announcement import Announcement, State
 from mobile_planning.fleet.bspline import Plan
+from mobile_planning.fleet.hold_up import HoldUp, Reason
 from mobile_planning.fleet.message import Link, Mode, RobotMsg
 from mobile_planning.fleet.mission import LEAD, PATIENCE, Mission
 from mobile_planning.fleet.postscript import Postscript
@@ -183,6 +184,22 @@ def test_a_mission_whose_own_process_died_is_taken_up_where_its_robots_are():
         mission.collect(driven(robot_id), 7)
     mission.step(31.0, EPOCH + 1)
     assert mission.is_complete
+
+
+def test_who_was_left_out_says_so_to_a_process_that_takes_the_mission_up():
+    mission = Mission('m', IDS, 60.0, 10.0)
+    mission.hear(said(1, mode=Mode.DRIVING), 0.0, Postscript(EPOCH))
+    left_out = Postscript(EPOCH, held_up=HoldUp(EPOCH, Reason.LEFT_OUT))
+    for sequence in 1, 2:
+        mission.hear(said(2, sequence=sequence), 0.0)
+        mission.hear(said(3, epoch=8, sequence=sequence), 0.0, left_out)
+        mission.collect(driven(3), 8)
+    assert mission.announcement == Announcement('m', State.STARTED, IDS, EPOCH, (3,))
+    for robot_id in 1, 2:
+        mission.collect(driven(robot_id), 7)
+    mission.step(1.0, EPOCH + 1)
+    assert mission.state is State.STOPPED and 'those that were left out, [3]' in mission.why
+    assert 3 not in mission.solutions
 
 
 def test_robots_of_another_mission_are_not_taken_for_its_own():

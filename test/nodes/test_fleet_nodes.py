@@ -102,13 +102,18 @@ def test_a_world_sim_restarted_on_the_way_disturbs_nobody_and_brings_the_mission
     assert code == 0 and report.valid and report.arrived == 2 and 0.5 < report.mission_time < 30.0
 
 
-def test_a_robot_restarted_where_it_began_is_left_out_and_moves_no_more_while_the_other_arrives(fleet):
+@pytest.mark.parametrize('is_world_sim_restarted', [False, True])
+def test_a_robot_restarted_where_it_began_is_left_out_and_moves_no_more_while_the_other_arrives(
+        fleet, is_world_sim_restarted):
     for name in 'world_sim', 'robot_1', 'robot_2', 'map_server':
         fleet.start(name)
     fleet.drive()
     # Its plan leads away from where it began.
     fleet.heard(lambda message: message.robot_id == 2 and np.ptp(message.control_points[::2]) > 0.3)
     fleet.start('robot_2')
+    if is_world_sim_restarted:
+        fleet.heard(lambda message: message.robot_id == 2 and message.held_up == RobotMessage.LEFT_OUT)
+        fleet.start('world_sim')
     code, report = fleet.result()
     assert code == 1 and report.arrived == 1 and not report.valid
     assert any('robot 2 was started anew' in violation for violation in report.violations)
