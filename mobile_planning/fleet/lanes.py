@@ -13,8 +13,9 @@ from mobile_planning.fleet.roadmap import TIGHT, Roadmap
 #: Two meet in a lane unless they are this far apart in time, and it matters if the first comes so soon [s].
 _APART, _SOON = 1.5, 6.0
 _STEP = 0.1
-#: The field of a goal is kept until it has not been asked for among so many questions, or twice as many.
-_GENERATION = 128
+#: A generation of fields ends when each has been asked for so often, on the average and with some questions to spare,
+#: or when there are too many. Who is not asked for by the end of the next one is let go.
+_OFTEN, _SPARE, _MOST = 4, 16, 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +108,9 @@ class LaneFinder:
 
     def _field(self, goal, radius):
         """Return the cost from each place to the goal and the place that comes next (n,)."""
+        if self._questions >= _OFTEN * len(self._fields) + _SPARE or len(self._fields) >= _MOST:
+            self._fields, self._older, self._questions = {}, self._fields, 0
         self._questions += 1
-        if self._questions % _GENERATION == 0:
-            self._fields, self._older = {}, self._fields
         key = (*goal.tolist(), radius)
         if key not in self._fields:
             known = self._older.get(key)

@@ -2,6 +2,7 @@
 from itertools import permutations
 
 import numpy as np
+import pytest
 
 from mobile_planning import Boundary, Environment, PolygonObstacle
 from mobile_planning.fleet import lanes
@@ -37,15 +38,18 @@ def test_whoever_is_left_out_from_afar_meets_nobody_in_a_lane():
     assert met > 50 and left_out > 50
 
 
-def test_the_field_of_a_goal_is_kept_as_long_as_it_is_asked_for(monkeypatch):
+@pytest.mark.parametrize('others, rounds', [(1, 100), (60, 6), (400, 1)])
+def test_the_field_of_a_goal_is_kept_as_long_as_it_is_asked_for(monkeypatch, others, rounds):
     world = Environment(Boundary((0, 12), (0, 4)), wall(5.0, 7.0, 1.5))
     finder, searched, search = LaneFinder(Roadmap(world, RADIUS)), [], lanes.dijkstra
     monkeypatch.setattr(lanes, 'dijkstra', lambda *args, **options: searched.append(0) or search(*args, **options))
-    used = [finder.uses((1.0, 2.0), (9.0, 2.0), RADIUS, 1.0)]
-    for y in np.linspace(1.0, 3.0, 400):
-        finder.uses((1.0, 2.0), (10.0, y), RADIUS, 1.0)
-        used.append(finder.uses((1.0, 2.0), (9.0, 2.0), RADIUS, 1.0))
-    assert len(searched) == 401 and all(each.keys() == used[0].keys() != set() for each in used)
-    # The first of the others has not been asked for since.
-    finder.uses((1.0, 2.0), (10.0, 1.0), RADIUS, 1.0)
-    assert len(searched) == 402
+
+    def used(*goal):
+        return finder.uses((1.0, 2.0), goal, RADIUS, 1.0).keys()
+    first, always = used(11.0, 2.0), used(9.0, 2.0)
+    for y in list(np.linspace(1.0, 3.0, others)) * rounds:
+        used(10.0, y)
+        assert used(9.0, 2.0) == always != set()
+    assert len(searched) == others + 2
+    # Nobody has asked for the first one since.
+    assert used(11.0, 2.0) == first and len(searched) == others + 3
