@@ -178,13 +178,14 @@ def with_gap(instance: Instance, places: NDArray[np.float64], roadmap: Roadmap, 
              ) -> Instance:
     """Return the instance where others are left more or less than before, ``gap`` [m], beside the radii."""
     radii = np.array([member.radius for member in members], float)
-    base, count = len(roadmap.places), len(members)
+    count = len(members)
     needs = radii[:, None] + radii + gap
     sums, kinds = np.unique(needs.round(6), return_inverse=True)
     kinds = kinds.reshape(count, count).astype(np.int64)
-    tables = [_conflicts(roadmap, float(distance), gap, places, instance.edges, places[base:], base)
-              for distance in sums]
-    close, swept = (np.array([table[i] for table in tables]) for i in range(2))
+    close = np.zeros((len(sums), len(places), len(places)), bool)
+    swept = np.zeros((len(sums), len(instance.edges), len(places)), bool)
+    for kind, distance in enumerate(sums.tolist()):
+        _mark_conflicts(close[kind], swept[kind], roadmap, distance, gap, places, instance.edges)
     return replace(instance, kinds=kinds, close=close, swept=swept)
 
 
@@ -214,12 +215,13 @@ def _avoid(usable, places, edges, starts, radii, base, standing):
         usable[i] &= (gaps >= need).all(axis=1)
 
 
-def _conflicts(roadmap, distance, gap, places, edges, own, base):
-    """Return which places are too close for two robots (n, n), and which edges are to places (m, n)."""
-    count, few = len(own) // 2, len(roadmap.edges)
-    close = np.zeros((len(places), len(places)), bool)
-    swept = np.zeros((len(edges), len(places)), bool)
-    close[:base, :base], swept[:few, :base] = roadmap.conflicts(distance)
+def _mark_conflicts(close, swept, roadmap, distance, gap, places, edges):
+    """Mark which places are too close for two robots (n, n), and which edges are to places (m, n)."""
+    base, few = len(roadmap.places), len(roadmap.edges)
+    own = places[base:]
+    count = len(own) // 2
+    for table, pairs in zip((close, swept), roadmap.conflicts(distance)):
+        table[pairs[0], pairs[1]] = True
     gaps = np.linalg.norm(own[:, None] - places, axis=2)
     # Starts and goals are what they are: robots do rest there together.
     gaps[:, base:] += gap
@@ -240,4 +242,3 @@ def _conflicts(roadmap, distance, gap, places, edges, own, base):
     rows = np.arange(len(new))
     need[rows, base + owner] = need[rows, base + count + owner] = 0.0
     swept[few:] = apart < need
-    return close, swept

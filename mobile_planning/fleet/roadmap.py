@@ -127,13 +127,15 @@ class Roadmap:
         counts = [len(each) for each in found]
         return np.repeat(np.arange(len(found)), counts), np.concatenate([*map(np.sort, found), []]).astype(np.int64)
 
-    def conflicts(self, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which places (n, n) are nearer than ``distance`` [m] to others, and which edges to places (m, n)."""
+    def conflicts(self, distance: float) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Return what is nearer than ``distance`` [m]: pairs of places (2, K), both ways, and of edge and place (2, L).
+
+        A place is near itself. As tables, which are mostly empty, these would take some 20 MB for a map of a hall.
+        """
         if distance not in self._conflicts:
-            tree, count = cKDTree(self.places), len(self.places)
-            close, swept = np.eye(count, dtype=bool), np.zeros((len(self.edges), count), bool)
-            pairs = tree.query_pairs(distance, output_type='ndarray')
-            close[pairs[:, 0], pairs[:, 1]] = close[pairs[:, 1], pairs[:, 0]] = True
+            tree, every = cKDTree(self.places), np.arange(len(self.places))
+            pairs = tree.query_pairs(distance, output_type='ndarray').T
+            close = np.concatenate([np.stack([every, every]), pairs, pairs[::-1]], axis=1)
             ends = self.places[self.edges]
             halves = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
             near = tree.query_ball_point(ends.mean(axis=1), halves + distance)
@@ -143,8 +145,7 @@ class Roadmap:
             along = b - a
             share = np.clip(((points - a) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
             hit = np.linalg.norm(points - a - share[:, None] * along, axis=1) < distance
-            swept[edges[hit], places[hit]] = True
-            self._conflicts[distance] = close, swept
+            self._conflicts[distance] = close.astype(np.int32), np.stack([edges[hit], places[hit]]).astype(np.int32)
         return self._conflicts[distance]
 
     def lane_at(self, points: ArrayLike) -> NDArray[np.int64]:

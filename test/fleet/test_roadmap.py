@@ -153,10 +153,10 @@ def test_conflicts_are_those_of_the_geometry():
     roadmap = Roadmap(wall_with_doors(0.0), RADIUS)
     close, swept = roadmap.conflicts(0.445)
     gaps = np.linalg.norm(roadmap.places[:, None] - roadmap.places, axis=2)
-    assert np.array_equal(close, gaps < 0.445)
+    assert sorted(map(tuple, close.T)) == list(map(tuple, np.argwhere(gaps < 0.445)))
     for edge in range(0, len(roadmap.edges), 7):
         expected = point_to_segment(roadmap.places, *roadmap.places[roadmap.edges[edge]]) < 0.445
-        assert np.array_equal(swept[edge], expected)
+        assert sorted(swept[1, swept[0] == edge]) == list(np.flatnonzero(expected))
 
 
 def test_distances_to_segments_agree_with_one_at_a_time():
@@ -188,7 +188,7 @@ def test_places_beside_a_body_keep_the_gap_to_it_and_what_is_far_from_walls_need
     assert 0 < len(new) <= 20 and (np.linalg.norm(new - (0.7, 0.2), axis=1) >= 2 * RADIUS + 0.035).all()
     assert np.array_equal(beside.edges[:count], roadmap.edges) and (beside.rooms >= RADIUS + TIGHT).all()
     assert (beside.edges[count:].max(axis=1) >= len(roadmap.places)).all()
-    assert len(roadmap.conflicts(0.4)[0]) == len(roadmap.places)
+    assert roadmap.conflicts(0.4)[0].max() == len(roadmap.places) - 1
 
 
 def test_a_world_without_extent_has_no_roadmap():
