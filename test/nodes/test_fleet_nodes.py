@@ -37,8 +37,7 @@ class Fleet:
         if name == 'map_server':
             self._nodes[name] = self._ros.add(MapServer, yaml_filename=str(self._map))
         elif name == 'world_sim':
-            self._nodes[name] = self._ros.add(WorldSimNode, scene=str(self._scene), autostart=False,
-                                              discovery_timeout=2.0)
+            self._nodes[name] = self._ros.add(WorldSimNode, scene=str(self._scene), autostart=False)
         else:
             named = partial(RobotNode, cli_args=['--ros-args', '-r', f'__node:={name}'])
             self._nodes[name] = self._ros.add(named, scene=str(self._scene), robot_id=int(name[-1]), Tc=0.1, Tp=1.0)
