@@ -59,7 +59,7 @@ def test_a_robot_waits_for_the_map_then_for_the_mission_drives_and_hands_in_its_
     at_goal = odometry[-1].pose.pose.position.x
     assert at_goal == pytest.approx(1.5, abs=0.03)
     status, facts = fleet.diagnosis()
-    assert status.level == DiagnosticStatus.OK and status.message == 'done' and facts['rejected'] == '0'
+    assert (status.message, status.level, facts['rejected']) == ('done', DiagnosticStatus.OK, '0')
     stamps = [seconds(said.header.stamp) for said in fleet.messages]
     assert stamps == sorted(stamps) and [said.sequence for said in fleet.messages] == list(range(
         fleet.messages[0].sequence, fleet.messages[-1].sequence + 1))
@@ -265,9 +265,11 @@ def test_another_process_does_not_speak_for_a_robot_that_speaks_itself(ros, flee
                        node._agent.robot.heard()[2].boot_epoch == 7)[1])
 
 
-def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet):
+def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet, monkeypatch):
     fleet.map()
     node = fleet.robot()
+    # A busy machine may not even hear as many a second as a robot may say.
+    monkeypatch.setattr(node.host.bus.peers, '_rate', 5.0)
     fleet.hear()
     ros.until(lambda: fleet.peers.get_subscription_count() == 2)
     refused = node.host.bus.peers.refused
