@@ -118,7 +118,8 @@ class Report:
     closest : dict or None
         The pair of robots, the time [s] since the start and the two places [m] of the closest approach.
     lower_bound : float or None [s]
-        Before that nobody could have ended the mission, however alone in the world; None if unknown.
+        What the mission would take, were each robot alone in the world; None if unknown. Around corners the ways are
+        measured some 3 % too long at most, so that a mission may end a little before it; see `makespan.way`.
     section_times : sequence of float [s]
         To plan each section, of all robots.
     messages, message_bytes : int or None
