@@ -130,7 +130,7 @@ class Roadmap:
     def conflicts(self, distance: float) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return what is nearer than ``distance`` [m]: pairs of places (2, K), both ways, and of edge and place (2, L).
 
-        A place is near itself. As tables, which are mostly empty, these would take some 20 MB for a map of a hall.
+        A place is near itself. As tables, which are mostly empty, these take 12 MB for the depot.
         """
         if distance not in self._conflicts:
             tree, every = cKDTree(self.places), np.arange(len(self.places))
