@@ -218,6 +218,10 @@ install_package() {
 compile_kernels() {
     # Isolated, so that the installed package is compiled and not the one in the current folder.
     .venv/bin/python -I -m mobile_planning.warm_up
+    # The tests import the same files from here.
+    find mobile_planning -name '*.nb[ic]' -delete
+    cd .venv/lib/python3.*/site-packages
+    find mobile_planning -name '*.nb[ic]' -exec cp --parents -t "$root" {} +
 }
 
 main() {

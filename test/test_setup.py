@@ -35,7 +35,6 @@ case "$*" in
         mkdir -p .venv/bin $site/mobile_planning/world $site/mobile_planning-0.1.0.dist-info
         cp {python} .venv/bin/python
         cp {python} .venv/bin/cmake
-        touch $site/mobile_planning/world/cost_to_go_kernels.py
         echo 'robot = mobile_planning.nodes.robot:main' > $site/mobile_planning-0.1.0.dist-info/entry_points.txt
         ;;
     *'-r requirements.txt')
@@ -45,6 +44,9 @@ case "$*" in
             cat {fault}
             exit 3
         fi
+        ;;
+    *--force-reinstall*)
+        cp mobile_planning/world/cost_to_go_kernels.py .venv/lib/python3.11/site-packages/mobile_planning/world
         ;;
     '-S msg_defs'*)
         mkdir -p .venv/build/msg_defs
@@ -61,6 +63,9 @@ case "$*" in
             echo > {fault}
             sleep infinity
         fi
+        compiled=.venv/lib/python3.11/site-packages/mobile_planning/world/__pycache__
+        mkdir -p $compiled
+        [[ -f $compiled/visible.nbi ]] || echo $RANDOM$RANDOM > $compiled/visible.nbi
         ;;
 esac
 '''
@@ -121,6 +126,11 @@ class Machine:
         code, output, errors = self.set_up()
         assert (code, errors) == (0, '')
         return [line.split(':')[1].split()[0] for line in output.splitlines()]
+
+    def compiled(self, folder):
+        """Return what is compiled below ``folder``, by its path."""
+        root = self.root / folder
+        return {path.relative_to(root): path.read_text() for path in root.rglob('*.nbi')}
 
 
 @pytest.fixture
@@ -237,6 +247,20 @@ def test_a_changed_file_of_the_package_installs_the_package(ready, file):
     with open(ready.root / file, 'a', encoding='utf-8') as changed:
         changed.write('\n')
     assert ready.steps() == ['package', 'kernels']
+
+
+def test_compiled_kernels_serve_the_tests_too_and_outlive_changes_of_other_files(ready):
+    def compiled_after_a_change_of(file):
+        with open(ready.root / 'mobile_planning' / file, 'a', encoding='utf-8') as changed:
+            changed.write('\n')
+        ready.steps()
+        installed = ready.compiled('.venv/lib/python3.11/site-packages/mobile_planning')
+        assert len(installed) == 1 and ready.compiled('mobile_planning') == installed
+        return installed
+
+    first = compiled_after_a_change_of('errors.py')
+    assert compiled_after_a_change_of('errors.py') == first
+    assert compiled_after_a_change_of('world/cost_to_go_kernels.py') != first
 
 
 def test_changed_requirements_make_the_environment_anew(ready):

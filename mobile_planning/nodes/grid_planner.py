@@ -34,6 +34,8 @@ class GridPlanner(ManagedNode):
 
     def __init__(self, **kwargs):
         super().__init__('grid_planner', GridPlannerOptions, **kwargs)
+        # Whoever finds the services is answered within his deadline, so they come after what takes seconds to load.
+        warm_up('world', 'grid')
         self._site, self._worker = PlanningSite(self._nothing_heard()), Worker(self)
         self._heard, self._paths, self._progress, self._fields = [], None, None, None
         # The coroutines in it wait for the worker; in the default group everything else would wait with them.
@@ -48,8 +50,7 @@ class GridPlanner(ManagedNode):
         self.start()
 
     def configure(self) -> None:
-        """Listen to the map, offer the path, and load the compiled planners before somebody waits for them."""
-        self._worker.submit(warm_up)
+        """Listen to the map and offer the path."""
         self._paths = PathPublisher(self, self.guard)
         self._progress = ProgressPublisher(self, self.guard, lambda: self._site.under_way)
         self._fields = FieldPublisher(self)

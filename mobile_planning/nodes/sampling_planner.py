@@ -36,6 +36,8 @@ class SamplingPlanner(ManagedNode):
 
     def __init__(self, **kwargs):
         super().__init__('sampling_planner', SamplingPlannerOptions, **kwargs)
+        # Whoever finds the services is answered within his deadline, so they come after what takes seconds to load.
+        warm_up('world', 'sampling')
         self._site, self._worker = SamplingSite(SamplingBasis(self.options.sampling())), Worker(self)
         self._heard, self._paths, self._trees = [], None, None
         # The coroutines in it wait for the worker; in the default group everything else would wait with them.
@@ -50,8 +52,7 @@ class SamplingPlanner(ManagedNode):
         self.start()
 
     def configure(self) -> None:
-        """Listen to map and obstacles, offer path and tree, and load the compiled planners."""
-        self._worker.submit(warm_up, 'world', 'sampling')
+        """Listen to map and obstacles, offer path and tree."""
         self._paths = PathPublisher(self, self.guard)
         self._trees = self.create_lifecycle_publisher(MarkerArray, '~/tree', qos.PATH)
         for kind, topic, hear in ((OccupancyGridMessage, self.options.map_topic, self._on_map),

@@ -22,7 +22,8 @@ from mobile_planning.fleet.announcement import State
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import Contracts, Link, Mode, Offer, RobotMsg
-from mobile_planning.nodes import convert, convert_contracts, convert_mission, convert_robot, qos, wire
+from mobile_planning.nodes import (
+    convert, convert_contracts, convert_mission, convert_robot, fleet_bus, qos, wire)
 from mobile_planning.nodes.convert import path_poses, seconds
 from mobile_planning.nodes.robot import RobotOptions
 
@@ -58,8 +59,9 @@ def test_a_robot_waits_for_the_map_then_for_the_mission_drives_and_hands_in_its_
     assert end.done_planning and end.mode == RobotMessage.DONE and len(plans) > 2
     at_goal = odometry[-1].pose.pose.position.x
     assert at_goal == pytest.approx(1.5, abs=0.03)
-    status, facts = fleet.diagnosis()
-    assert (status.message, status.level, facts['rejected']) == ('done', DiagnosticStatus.OK, '0')
+    # A body that a busy machine drives late may have been off its plan a moment ago, and says so.
+    status, facts = fleet.diagnosis(lambda status: status.message == 'done')
+    assert (status.level, facts['rejected']) == (DiagnosticStatus.OK, '0')
     stamps = [seconds(said.header.stamp) for said in fleet.messages]
     assert stamps == sorted(stamps) and [said.sequence for said in fleet.messages] == list(range(
         fleet.messages[0].sequence, fleet.messages[-1].sequence + 1))
@@ -265,7 +267,7 @@ def test_another_process_does_not_speak_for_a_robot_that_speaks_itself(ros, flee
                        node._agent.robot.heard()[2].boot_epoch == 7)[1])
 
 
-def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet):
+def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet, monkeypatch):
     fleet.map()
     node = fleet.robot()
     fleet.hear()
@@ -279,6 +281,9 @@ def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet)
     ros.until(lambda: refused['replayed'] == 1)
     flood = ros.node.create_publisher(RobotMessage, '/robot_msgs', qos.robot_messages(1000))
     ros.until(lambda: flood.get_subscription_count() == 2)
+    # All at one time, however many a second this machine can hear.
+    now = time.monotonic()
+    monkeypatch.setattr(fleet_bus, 'monotonic', lambda: now)
     for number in range(300):
         flood.publish(convert_robot.robot_message(peer_message(3, sequence=number), fleet.now, 'map'))
     ros.until(lambda: refused['flooding'])
