@@ -23,6 +23,8 @@ _PLACE = 4.5
 _LEAST_RADIUS = 2.5
 #: Below so many radii of a robot a roundabout is not worth the way.
 _GONE = 2.0
+#: The centre follows a crowd for which this share of the radius would do, or more.
+_WHOLE = 0.75
 #: Squares of places further out [m] would overflow.
 _FAR = 1e12
 #: Robots keep their distance on a circle of so many places or more, and are on it within this share of its radius.
@@ -174,7 +176,9 @@ def updated(roundabout: Roundabout | None, crowd: tuple[NDArray, int] | None, po
     if np.hypot(*(centre - roundabout.centre)) < max(1.5 * roundabout.radius, 5 * radius):
         is_near = np.hypot(*(np.asarray(position, float) - roundabout.centre)) < roundabout.radius + 10 * radius
         shrunk = roundabout.radius - (0.15 if is_near else 0.5) * radius
-        moved = roundabout.centre if is_near else 0.7 * roundabout.centre + 0.3 * centre
+        # Of a crowd that has begun to turn only a part is still foreseen, and that part's middle is somewhere else.
+        stays = is_near or wanted < _WHOLE * roundabout.radius
+        moved = roundabout.centre if stays else 0.7 * roundabout.centre + 0.3 * centre
         return Roundabout(moved, max(wanted, shrunk))
     if roundabout.age > 2:
         return Roundabout(centre, wanted)

@@ -112,10 +112,16 @@ def test_nobody_falls_back_behind_who_is_no_rival_nor_off_the_circle_nor_on_a_sm
 
 def test_the_circle_stays_for_who_is_on_it_and_moves_a_little_for_who_is_far():
     before = updated(None, (np.zeros(2), 16), (9, 0), RADIUS)
-    crowd = np.array((1.0, 0.0)), 12
+    crowd = np.array((1.0, 0.0)), 14
     near, far = (updated(before, crowd, place, RADIUS) for place in ((2, 0), (9, 0)))
     assert near.centre == pytest.approx((0, 0)) and far.centre == pytest.approx((0.3, 0))
     assert before.radius > near.radius > far.radius
+
+
+def test_the_circle_does_not_follow_what_is_left_of_a_crowd_that_has_begun_to_turn():
+    before = updated(None, (np.zeros(2), 64), (16, 0), RADIUS)
+    after = updated(before, (np.array((1.0, 0.9)), 21), (12, 0), RADIUS)
+    assert after.centre == pytest.approx((0, 0)) and after.radius < before.radius
 
 
 @given(st.permutations(range(16)), st.integers(1, 15))
