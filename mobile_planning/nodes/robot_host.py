@@ -1,6 +1,8 @@
 """RobotHost: what the robots of one process share."""
 from __future__ import annotations
 
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from mobile_planning.fleet.scene import RobotSpec
@@ -9,9 +11,13 @@ from mobile_planning.fleet.tracking_budget import worst_lag
 from mobile_planning.nodes.control_loop import ControlLoop
 from mobile_planning.nodes.fleet_bus import FleetBus
 from mobile_planning.nodes.guard import Guard
+from mobile_planning.nodes.memory import give_back
 from mobile_planning.nodes.robot_options import RobotOptions
 from mobile_planning.nodes.worker import Worker
 from mobile_planning.warm_up import warm_up
+
+#: Memory that is not needed any more is given back so often [s].
+_TIDY_EVERY = 30.0
 
 
 class RobotHost:
@@ -39,6 +45,8 @@ class RobotHost:
         self.loop = ControlLoop(options.control_rate, guard)
         # Loaded before somebody waits for a section: it takes as long as several cycles.
         self.worker.submit(warm_up, 'world', 'fleet')
+        node.create_timer(_TIDY_EVERY, lambda: self.joint_worker.submit(give_back),
+                          clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._options, self._lags = options, {}
 
     def worst_lag(self, tracker: Tracker, spec: RobotSpec) -> float:
