@@ -103,7 +103,7 @@ class Episode:
     @property
     def dead(self) -> list[int]:
         """Robots whose process does not run now."""
-        return [vehicle.eyed for vehicle in self.vehicles.values() if vehicle.has_joined and not vehicle.is_alive]
+        return [vehicle.eyed for vehicle in self.vehicles.values() if vehicle.is_dead]
 
     def run(self, timeout: float) -> None:
         """Drive until all who live have arrived, for ``timeout`` [s] at most."""
@@ -123,7 +123,7 @@ class Episode:
             action(now, vehicle, *content)
             if self._invariant is not None:
                 self._invariant.check(vehicle, now)
-            if all(vehicle.robot.is_done or vehicle.eyed in self.dead and not returning[vehicle.eyed]
+            if all(vehicle.robot.is_done or vehicle.is_dead and not returning[vehicle.eyed]
                    for vehicle in self.vehicles.values()):
                 break
         self._judge(now)

@@ -13,16 +13,18 @@ one takes its place.
 
 Shares no geometry with what it judges: control points, normals and offsets are
 all that it reads, see `plan_distances`. What was found for the same plans and the same contracts is
-not computed again.
+not computed again, and a pair whose plans obey the contract of both to their ends is looked at again when one of the
+two plans something else or is bound otherwise.
 """
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from operator import is_
 
 import numpy as np
 
+from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import LinkMode
 from mobile_planning.fleet.plan_distances import (contract_room, curves, distance_of_plans, distance_of_point,
                                                   farthest_of_plans, rest_knot)
@@ -45,20 +47,36 @@ class Breach:
 
 
 class _View:
-    """What one robot is bound to, and where it drives, as long as that stays the same."""
+    """Where one robot drives, and what it is bound to by each of its links, as it was after its last event."""
 
-    def __init__(self, plan, bound, before):
-        self.plan = plan
-        self.owned = {id(contract): contract for contract, is_owner in bound if is_owner}
-        self.kept = {id(contract): contract for contract, is_owner in bound if not is_owner}
-        self._ids = [id(contract) for contract, _ in bound]
-        is_same_plan = before is not None and before.plan is plan
-        self.curves = before.curves if is_same_plan else curves(plan, plan.first_knot, len(plan.points) - 2)
+    def __init__(self):
+        self.plan = self.curves = None
+        self._sides: list = []
+        self._bound: dict[int, tuple[Contract, ...]] = {}
         # Whether the plan obeys a contract, by its id; the contract is kept so that the id stays its own.
-        self.verdicts = before.verdicts if is_same_plan else {}
+        self.verdicts: dict[int, tuple[Contract, float]] = {}
 
-    def is_still(self, plan, bound):
-        return plan is self.plan and self._ids == [id(contract) for contract, _ in bound]
+    def bound_to(self, other):
+        """Return the contracts with ``other``."""
+        return self._bound.get(other, ())
+
+    def changes(self, robot):
+        """Take in ``robot`` as it is now; return with whom something has changed, None for everybody."""
+        changed = self._rebound(robot.protocol.sides)
+        if robot.plan is self.plan:
+            return changed
+        self.plan, self.verdicts = robot.plan, {}
+        self.curves = curves(robot.plan, robot.plan.first_knot, len(robot.plan.points) - 2)
+        return None
+
+    def _rebound(self, sides):
+        # A side of a link is never altered, but replaced by another one.
+        if len(sides) == len(self._sides) and all(map(is_, sides.values(), self._sides)):
+            return ()
+        before, self._sides = self._bound, list(sides.values())
+        self._bound = {other: side.bound() for other, side in sides.items()}
+        return [other for other in before.keys() | self._bound.keys()
+                if not _is_same(before.get(other, ()), self._bound.get(other, ()))]
 
 
 class _Pair:
@@ -88,42 +106,48 @@ class Invariant:
     def __init__(self, vehicles: Sequence[Vehicle]):
         self.breaches: list[Breach] = []
         self.checks = 0
-        self._views: dict[int, _View] = {}
         self._pairs: dict[tuple[int, int], _Pair] = {}
         self._broken: dict[tuple[int, int], str] = {}
         self._tethered: set[tuple[int, int]] = set()
-        self._vehicles = tuple(vehicles)
-        self._pairs_of = {vehicle.eyed: [] for vehicle in vehicles}
-        for low, high in combinations(sorted(vehicles, key=lambda vehicle: vehicle.eyed), 2):
-            for vehicle in (low, high):
-                self._pairs_of[vehicle.eyed].append((low, high, (low.eyed, high.eyed)))
+        self._vehicles = {vehicle.eyed: vehicle for vehicle in vehicles}
+        self._views: dict[int, _View] = {}
+        # With whom each has something that has to be looked at after every event.
+        self._open: dict[int, set[int]] = {vehicle.eyed: set() for vehicle in vehicles}
 
     def check(self, vehicle: Vehicle, now: float) -> None:
         """Judge all pairs of ``vehicle``, after an event at ``now`` [s] that touched it."""
-        has_changed = [self._look_at(each) for each in ((vehicle,) if self._views else self._vehicles)][-1]
-        for low, high, key in self._pairs_of[vehicle.eyed]:
+        if not self._views:
+            self._views = {eyed: _View() for eyed in self._vehicles}
+            for other in self._vehicles.values():
+                self._look_at(other)
+        self._look_at(vehicle)
+        for other in tuple(self._open[vehicle.eyed]):
             self.checks += 1
-            pair = self._pair(key) if has_changed or key not in self._pairs else self._pairs[key]
-            if not pair.is_settled:
-                self._note(now, key, self._fault(low, high, key, pair, now))
+            key = min(vehicle.eyed, other), max(vehicle.eyed, other)
+            pair, low, high = self._pairs[key], self._vehicles[key[0]], self._vehicles[key[1]]
+            self._note(now, key, self._fault(low, high, key, pair, now))
+            if pair.is_settled:
+                self._open[vehicle.eyed].discard(other)
+                self._open[other].discard(vehicle.eyed)
 
     def _look_at(self, vehicle):
-        """Take in what ``vehicle`` is bound to now; return whether that has changed."""
-        plan, bound, view = vehicle.robot.plan, vehicle.robot.protocol.bound(), self._views.get(vehicle.eyed)
-        if view is not None and view.is_still(plan, bound):
-            return False
-        self._views[vehicle.eyed] = _View(plan, bound, view)
-        return True
+        """Take in what ``vehicle`` drives and is bound to now."""
+        changed = self._views[vehicle.eyed].changes(vehicle.robot)
+        for other in self._vehicles if changed is None else changed:
+            if other != vehicle.eyed and other in self._vehicles:
+                self._renew(min(vehicle.eyed, other), max(vehicle.eyed, other))
 
-    def _pair(self, key):
-        """Return what is known of a pair: all of it, if nothing of the pair has changed."""
-        low, high, pair = self._views[key[0]], self._views[key[1]], self._pairs.get(key)
-        shared = pair.shared if pair is not None else None
-        if shared is None or id(shared) not in low.owned or id(shared) not in high.kept:
-            shared = _shared(low, high)
-        if pair is None or pair.plans[0] is not low.plan or pair.plans[1] is not high.plan or pair.shared is not shared:
-            pair = self._pairs[key] = _Pair((low.plan, high.plan), shared)
-        return pair
+    def _renew(self, low, high):
+        """Begin anew with a pair, unless its plans and its contract are still the same."""
+        views, pair = (self._views[low], self._views[high]), self._pairs.get((low, high))
+        plans, shared = (views[0].plan, views[1].plan), None if pair is None else pair.shared
+        bound = views[0].bound_to(high), views[1].bound_to(low)
+        if shared is None or not all(any(shared is each for each in side) for side in bound):
+            shared = _shared(*bound)
+        if pair is None or not _is_same(pair.plans, plans) or pair.shared is not shared:
+            self._pairs[low, high] = _Pair(plans, shared)
+            self._open[low].add(high)
+            self._open[high].add(low)
 
     def _note(self, now, key, what):
         kind = what.split(':')[0]
@@ -188,13 +212,15 @@ def _unbound(low, high, pair, knots, now):
            f'and {modes[1].name}'
 
 
-def _shared(low, high):
+def _shared(owned, kept):
     """Return the contract in force of both: the one the peer obeys, if it is among the owner's."""
-    for identity, theirs in high.kept.items():
-        if identity in low.owned:
-            return theirs
-    return next((theirs for theirs in high.kept.values() for own in low.owned.values() if _is_equal(own, theirs)),
-                None)
+    return next((theirs for theirs in kept if any(own is theirs for own in owned)), None) or next(
+        (theirs for theirs in kept if any(_is_equal(own, theirs) for own in owned)), None)
+
+
+def _is_same(before, after):
+    """Return whether two sequences hold the very same objects."""
+    return len(before) == len(after) and all(map(is_, before, after))
 
 
 def _is_equal(a, b):

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 
 from mobile_planning.fleet.contracts import Contract
@@ -43,7 +44,7 @@ class OwnerSide(Side):
     still_since: float | None = None
     is_heard: bool = True
 
-    @property
+    @cached_property
     def open(self) -> tuple[Held, ...]:
         """The contracts that the peer may take."""
         return tuple(held for held in self.contracts if held.contract.id > self.promised)

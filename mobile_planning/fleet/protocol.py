@@ -124,6 +124,11 @@ class Protocol:
         return (OwnerSide if self.robot_id < other else PeerSide)(self.epoch, self._born)
 
     @property
+    def sides(self) -> Mapping[int, OwnerSide | PeerSide]:
+        """The own side of each link, by the peer; none is ever altered, it is replaced by another one."""
+        return self._sides
+
+    @property
     def rest_time(self) -> float:
         """Every plan has ended this long [s] after its commit."""
         return self.terms.rest_time

@@ -47,6 +47,11 @@ class Vehicle:
         """The robot's id."""
         return self.robot.eyed
 
+    @property
+    def is_dead(self) -> bool:
+        """Whether a process ran, and none does now."""
+        return self.has_joined and not self.is_alive
+
     def clock(self, now: float) -> float:
         """Return what the robot's clock shows [s] at ``now`` [s]."""
         return self._start_time + now + self.skew

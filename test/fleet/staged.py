@@ -35,11 +35,13 @@ class Protocol:
     """What a robot says that it is bound to."""
 
     def __init__(self, bound=(), links=(), is_free=True):
-        self._bound, self._links, self.is_free = list(bound), dict(links), is_free
+        self.contracts, self._links, self.is_free = list(bound), dict(links), is_free
         self.terms = Terms(sensor_range=SIGHT)
 
-    def bound(self):
-        return list(self._bound)
+    @property
+    def sides(self):
+        side = SimpleNamespace(bound=lambda: tuple(self.contracts))
+        return {peer: side for peer in (1, 2)}
 
     def links(self, now):
         return {peer: Link(1, mode) for peer, mode in self._links.items()}

@@ -17,13 +17,13 @@ def broken(*vehicles, now=0.0):
 
 def test_a_contract_of_both_that_both_obey_is_safe():
     line = wall(0)
-    assert not broken(vehicle(1, drive((0, 1), (5, 1)), [(line, True)]),
-                      vehicle(2, drive((5, -1), (0, -1)), [(line, False)]))
+    assert not broken(vehicle(1, drive((0, 1), (5, 1)), [line]),
+                      vehicle(2, drive((5, -1), (0, -1)), [line]))
 
 
 def test_an_equal_contract_is_as_good_as_the_same_one():
-    assert not broken(vehicle(1, drive((0, 1), (5, 1)), [(wall(0), True)]),
-                      vehicle(2, drive((5, -1), (0, -1)), [(wall(0), False)]))
+    assert not broken(vehicle(1, drive((0, 1), (5, 1)), [wall(0)]),
+                      vehicle(2, drive((5, -1), (0, -1)), [wall(0)]))
 
 
 @pytest.mark.parametrize('who', ['without a link', 'dead', 'without a lease'])
@@ -37,7 +37,7 @@ def test_a_robot_locked_at_rest_is_safe_where_the_other_stays_clear_of_it(who):
                                    (LinkMode.STATIC, LinkMode.FAR)])
 def test_two_robots_out_of_sight_whose_plans_do_not_meet_are_safe(modes):
     assert not broken(vehicle(1, drive((0, 0), (1, 0)), links={2: modes[0]}),
-                      vehicle(2, drive((9, 0), (8, 0)), [(wall(0), False)], {1: modes[1]}))
+                      vehicle(2, drive((9, 0), (8, 0)), [wall(0)], {1: modes[1]}))
 
 
 def test_two_robots_that_come_in_sight_and_may_not_set_out_are_safe():
@@ -59,19 +59,19 @@ def moving_pair(owned=(), kept=(), modes=(LinkMode.CON, LinkMode.CON)):
 @pytest.mark.parametrize('height, robot', [(0.85, 1), (-0.85, 2)])
 def test_a_plan_that_breaks_the_contract_of_both_is_named(height, robot):
     line = wall(height)
-    what, = broken(*moving_pair([(line, True)], [(line, False)]))
+    what, = broken(*moving_pair([line], [line]))
     assert what.startswith(f'robot {robot} breaks the contract of both: 1, by 5.00e-02')
 
 
 def test_two_moving_robots_with_different_contracts_are_named():
-    what, = broken(*moving_pair([(wall(0), True)], [(wall(0, contract_id=2), False)]))
+    what, = broken(*moving_pair([wall(0)], [wall(0, contract_id=2)]))
     assert what.startswith('no contract of both')
-    what, = broken(*moving_pair([(wall(0), True)], [(wall(0.1), False)]))
+    what, = broken(*moving_pair([wall(0)], [wall(0.1)]))
     assert what.startswith('no contract of both')
 
 
 def test_an_owner_that_dropped_the_contract_of_a_moving_peer_is_named():
-    what, = broken(*moving_pair([], [(wall(0), False)], (LinkMode.STATIC, LinkMode.CON)))
+    what, = broken(*moving_pair([], [wall(0)], (LinkMode.STATIC, LinkMode.CON)))
     assert what.endswith('STATIC and CON')
 
 
@@ -99,7 +99,7 @@ def test_a_robot_at_rest_that_may_set_out_is_not_locked():
 def test_plans_that_collide_before_their_contract_begins_are_named():
     late = wall(0, first_span=20)
     up, down = plan_through((0, -1), (0, -1), (0, -1), (0, 1)), plan_through((0, 1), (0, 1), (0, 1), (0, -1))
-    what, = broken(vehicle(1, up, [(late, True)]), vehicle(2, down, [(late, False)]))
+    what, = broken(vehicle(1, up, [late]), vehicle(2, down, [late]))
     assert what.startswith('their plans in force collide')
 
 
@@ -120,7 +120,7 @@ def test_a_breach_says_when_and_between_whom_once():
 
 def test_a_new_plan_or_a_new_bond_is_judged_anew():
     line = wall(0)
-    low, high = moving_pair([(line, True)], [(line, False)])
+    low, high = moving_pair([line], [line])
     invariant = Invariant((low, high))
     invariant.check(low, 0.0)
     low.robot.plan = drive((0, 1), (5, -1))

@@ -86,7 +86,7 @@ def test_what_is_no_tether_is_refused(reach, middles, match):
 def test_the_judge_names_plans_that_leave_their_range_and_a_range_that_is_given_up():
     here, there = drive((0, 1), (5, 1)), drive((0, -1), (5, -1))
     line, free = build(1, here, there, 0, 0.2, 0.2, 3.0), build(2, here, there, 0, 0.2, 0.2)
-    pair = vehicle(1, here, [(line, True)]), vehicle(2, there, [(line, False)])
+    pair = vehicle(1, here, [line]), vehicle(2, there, [line])
     invariant = Invariant(pair)
     invariant.check(pair[0], 0.0)
     assert not invariant.breaches
@@ -94,9 +94,9 @@ def test_the_judge_names_plans_that_leave_their_range_and_a_range_that_is_given_
     invariant.check(pair[0], 0.1)
     assert invariant.breaches[-1].what.startswith('they leave their range')
     pair[0].robot.plan = here
-    pair[0].robot.protocol._bound = [(line, True), (free, True)]
+    pair[0].robot.protocol.contracts = [line, free]
     invariant.check(pair[0], 0.2)
-    pair[1].robot.protocol._bound = [(free, False)]
+    pair[1].robot.protocol.contracts = [free]
     invariant.check(pair[1], 0.3)
     assert invariant.breaches[-1].what.startswith('their range is given up')
 
