@@ -26,6 +26,8 @@ import numpy as np
 
 from mobile_planning.fleet.contracts import Contract
 from mobile_planning.fleet.message import LinkMode
+from mobile_planning.fleet.owner_side import OwnerSide
+from mobile_planning.fleet.peer_side import PeerSide
 from mobile_planning.fleet.plan_distances import (contract_room, curves, distance_of_plans, distance_of_point,
                                                   farthest_of_plans, rest_knot)
 from mobile_planning.fleet.vehicle import Vehicle
@@ -51,7 +53,7 @@ class _View:
 
     def __init__(self):
         self.plan = self.curves = None
-        self._sides: list = []
+        self._sides: dict[int, OwnerSide | PeerSide] = {}
         self._bound: dict[int, tuple[Contract, ...]] = {}
         # Whether the plan obeys a contract, by its id; the contract is kept so that the id stays its own.
         self.verdicts: dict[int, tuple[Contract, float]] = {}
@@ -70,13 +72,18 @@ class _View:
         return None
 
     def _rebound(self, sides):
-        # A side of a link is never altered, but replaced by another one.
-        if len(sides) == len(self._sides) and all(map(is_, sides.values(), self._sides)):
-            return ()
-        before, self._sides = self._bound, list(sides.values())
-        self._bound = {other: side.bound() for other, side in sides.items()}
-        return [other for other in before.keys() | self._bound.keys()
-                if not _is_same(before.get(other, ()), self._bound.get(other, ()))]
+        """Take in the sides of the links; return with whom the contracts are others than before."""
+        gone = self._sides.keys() - sides.keys()
+        changed = [other for other in gone if self._bound[other]]
+        for other in gone:
+            del self._sides[other], self._bound[other]
+        for other, side in sides.items():
+            # A side of a link is never altered, but replaced by another one.
+            if side is not self._sides.get(other):
+                before, self._bound[other], self._sides[other] = self.bound_to(other), side.bound(), side
+                if not _is_same(before, self._bound[other]):
+                    changed.append(other)
+        return changed
 
 
 class _Pair:

@@ -4,6 +4,11 @@ It takes from ten to some hundred milliseconds to make: too long for a cycle, so
 """
 from __future__ import annotations
 
+from operator import is_
+from threading import Lock
+from typing import ClassVar
+from weakref import WeakSet
+
 from mobile_planning.errors import PlanningError
 from mobile_planning.fleet.joint_plan import WIDE
 from mobile_planning.fleet.lanes import LaneFinder
@@ -42,7 +47,7 @@ class JointGround:
 class GroundStore:
     """The grounds of one static world, by the least and the greatest radius; a world without extent has none.
 
-    One thread may `make` them while another asks.
+    One thread may `make` them while another asks. The robots of a process that share a world share its store, see `of`.
 
     Examples
     --------
@@ -55,9 +60,22 @@ class GroundStore:
     (True, 22)
     """
 
+    _in_use: ClassVar[WeakSet[GroundStore]] = WeakSet()
+    _lock: ClassVar[Lock] = Lock()
+
     def __init__(self, environment: Environment):
         self.environment = environment
         self._made: dict[tuple[float, float], JointGround | None] = {}
+
+    @classmethod
+    def of(cls, environment: Environment) -> GroundStore:
+        """Return the store that is in use in this process for the same static world, or a new one."""
+        with cls._lock:
+            store = next((each for each in cls._in_use if _is_same(each.environment, environment)), None)
+            if store is None:
+                store = cls(environment)
+                cls._in_use.add(store)
+            return store
 
     def knows(self, radii: tuple[float, float]) -> bool:
         """Return whether the ground for bodies of these ``radii`` [m] was made, or cannot be."""
@@ -76,3 +94,11 @@ class GroundStore:
         except PlanningError:
             ground = None
         self._made[radii] = ground
+
+
+def _is_same(a, b):
+    """Return whether two static worlds are the same: of the same things, their grids cell by cell."""
+    return (a.boundary is b.boundary
+            and len(a.obstacles) == len(b.obstacles) and all(map(is_, a.obstacles, b.obstacles))
+            and (a.occupied_from, a.unknown_is_free) == (b.occupied_from, b.unknown_is_free)
+            and (a.grid is b.grid or a.grid is not None and a.grid == b.grid))
