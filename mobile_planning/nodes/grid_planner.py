@@ -34,6 +34,7 @@ class GridPlanner(ManagedNode):
 
     def __init__(self, **kwargs):
         super().__init__('grid_planner', GridPlannerOptions, **kwargs)
+        self.get_logger().info('loading the compiled planners')
         # Whoever finds the services is answered within his deadline, so they come after what takes seconds to load.
         warm_up('world', 'grid')
         self._site, self._worker = PlanningSite(self._nothing_heard()), Worker(self)

@@ -36,6 +36,7 @@ class SamplingPlanner(ManagedNode):
 
     def __init__(self, **kwargs):
         super().__init__('sampling_planner', SamplingPlannerOptions, **kwargs)
+        self.get_logger().info('loading the compiled planners')
         # Whoever finds the services is answered within his deadline, so they come after what takes seconds to load.
         warm_up('world', 'sampling')
         self._site, self._worker = SamplingSite(SamplingBasis(self.options.sampling())), Worker(self)
