@@ -18,7 +18,7 @@ from mobile_planning.world.environment import Environment
 
 
 class JointGround:
-    """A static world, as robots of some radii plan jointly in it.
+    """A static world, as robots of some radii plan jointly in it; the robots of a process share it, see `of`.
 
     Parameters
     ----------
@@ -38,16 +38,37 @@ class JointGround:
         If the world has no extent.
     """
 
+    _in_use: ClassVar[WeakSet[JointGround]] = WeakSet()
+    _lock: ClassVar[Lock] = Lock()
+
     def __init__(self, environment: Environment, least: float, most: float):
+        self._environment, self._radii = environment, (least, most)
         roadmap = Roadmap(environment, least, most)
         self.lanes = LaneFinder(roadmap)
         self.roadmap = finer_at_mouths(roadmap, 2 * roadmap.widest + WIDE)
+
+    @classmethod
+    def of(cls, environment: Environment, least: float, most: float) -> JointGround:
+        """Return the ground that a robot of this process has made of the same world for the same radii, or a new one.
+
+        Raises
+        ------
+        InvalidInput
+            If the world has no extent.
+        """
+        with cls._lock:
+            ground = next((each for each in cls._in_use if each._radii == (least, most)
+                           and _is_same(each._environment, environment)), None)
+            if ground is None:
+                ground = cls(environment, least, most)
+                cls._in_use.add(ground)
+            return ground
 
 
 class GroundStore:
     """The grounds of one static world, by the least and the greatest radius; a world without extent has none.
 
-    One thread may `make` them while another asks. The robots of a process that share a world share its store, see `of`.
+    One thread may `make` them while another asks.
 
     Examples
     --------
@@ -60,22 +81,9 @@ class GroundStore:
     (True, 22)
     """
 
-    _in_use: ClassVar[WeakSet[GroundStore]] = WeakSet()
-    _lock: ClassVar[Lock] = Lock()
-
     def __init__(self, environment: Environment):
         self.environment = environment
         self._made: dict[tuple[float, float], JointGround | None] = {}
-
-    @classmethod
-    def of(cls, environment: Environment) -> GroundStore:
-        """Return the store that is in use in this process for the same static world, or a new one."""
-        with cls._lock:
-            store = next((each for each in cls._in_use if _is_same(each.environment, environment)), None)
-            if store is None:
-                store = cls(environment)
-                cls._in_use.add(store)
-            return store
 
     def knows(self, radii: tuple[float, float]) -> bool:
         """Return whether the ground for bodies of these ``radii`` [m] was made, or cannot be."""
@@ -90,7 +98,7 @@ class GroundStore:
         if radii in self._made:
             return
         try:
-            ground = JointGround(self.environment, *radii)
+            ground = JointGround.of(self.environment, *radii)
         except PlanningError:
             ground = None
         self._made[radii] = ground

@@ -57,7 +57,7 @@ class Proposer:
 
     def enter(self, environment: Environment) -> None:
         """Plan in another static world from now on."""
-        self._grounds, self._look_at = GroundStore.of(environment), -np.inf
+        self._grounds, self._look_at = GroundStore(environment), -np.inf
         self._is_contested = self._lacks_ground = False
 
     def prepare(self) -> None:
