@@ -39,7 +39,7 @@ class Scribe:
         self.goal = np.array([*self.at, 0.0])
         self.limits = SimpleNamespace(radius=0.2 + self.margin, v_max=1.0)
         self.plan = Plan.at_rest(0, self.Tc, np.array([*self.at, 0.0])) if self.plan is None else self.plan
-        self.protocol = SimpleNamespace(epoch=self.epoch, rest_time=3.75, terms=Terms(rest_time=3.75), bound=lambda: [],
+        self.protocol = SimpleNamespace(epoch=self.epoch, rest_time=3.75, terms=Terms(rest_time=3.75), sides={},
                                         links=lambda now: {}, may_move=lambda now, at_rest: False)
 
     def of(self, kind):
