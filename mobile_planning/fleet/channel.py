@@ -1,7 +1,7 @@
 """A seeded channel that loses, delays, doubles and so reorders messages, and that can be cut for a while."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 
@@ -118,8 +118,9 @@ class Channel:
         if not (0.0 <= self.delay < np.inf and 0.0 <= self.least < np.inf):
             raise InvalidInput(f'delays of {self.delay} s and {self.least} s must be finite and not negative')
 
-    def travel_times(self, rng: np.random.Generator, sender: int | None, receiver: int, now: float) -> list[float]:
-        """Return how long each copy of a message that is sent now takes [s]; none if it is lost.
+    def travel_times(self, rng: np.random.Generator, sender: int | None, receivers: Sequence[int],
+                     now: float) -> list[list[float]]:
+        """Return for each of the ``receivers`` how long each copy of a message takes [s]; none if it is lost.
 
         Parameters
         ----------
@@ -127,14 +128,17 @@ class Channel:
             Asked for as many numbers whatever becomes of the message.
         sender : int or None
             None is no robot, and is cut off by nothing.
-        receiver : int
+        receivers : sequence of int
         now : float [s]
-            From the start of the mission.
+            When it is sent, from the start of the mission.
         """
-        lost, doubled, *shares = rng.random(4).tolist()
-        is_cut = sender is not None and any(each.stops(sender, receiver, now) for each in self.interruptions)
-        copies = 0 if is_cut or lost < self.loss else 2 if doubled < self.duplicates else 1
-        return [self.least + share * self.delay for share in shares[:copies]]
+        times = []
+        for receiver, (lost, doubled, *shares) in zip(receivers, rng.random((len(receivers), 4)).tolist()):
+            is_cut = self.interruptions and sender is not None and any(
+                each.stops(sender, receiver, now) for each in self.interruptions)
+            copies = 0 if is_cut or lost < self.loss else 2 if doubled < self.duplicates else 1
+            times.append([self.least + share * self.delay for share in shares[:copies]])
+        return times
 
 
 def wire_size(content: object) -> int:
@@ -148,26 +152,23 @@ def wire_size(content: object) -> int:
     >>> wire_size([1, 2.0, True, np.zeros((5, 2))])
     101
     """
-    if content is None or isinstance(content, (bool, np.bool_)):
-        return 1
-    if isinstance(content, (int, np.integer)):
-        return 4
-    if isinstance(content, (float, np.floating)):
-        return 8
-    if isinstance(content, np.ndarray):
-        return 4 + 8 * content.size
-    names = _names(type(content))
-    if names:
-        return sum(wire_size(getattr(content, name)) for name in names)
-    if isinstance(content, Mapping):
-        return 4 + sum(wire_size(key) + wire_size(value) for key, value in content.items())
-    return 4 + sum(wire_size(entry) for entry in content)
+    return _measure(type(content))(content)
 
 
 @cache
-def _names(kind):
-    """Return the names of the fields of a dataclass; none of another kind."""
-    return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
+def _measure(kind):
+    """Return the function that measures what is of this ``kind``."""
+    for kinds, size in (((type(None), bool, np.bool_), 1), ((int, np.integer), 4), ((float, np.floating), 8)):
+        if issubclass(kind, kinds):
+            return lambda content: size
+    if issubclass(kind, np.ndarray):
+        return lambda content: 4 + 8 * content.size
+    if is_dataclass(kind):
+        names = [each.name for each in fields(kind)]
+        return lambda content: sum([wire_size(getattr(content, name)) for name in names])
+    if issubclass(kind, Mapping):
+        return lambda content: 4 + sum([wire_size(key) + wire_size(value) for key, value in content.items()])
+    return lambda content: 4 + sum([wire_size(entry) for entry in content])
 
 
 def _require_span(since, until):

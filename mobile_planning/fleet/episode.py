@@ -246,7 +246,7 @@ class Episode:
         self._plan_answers(now, vehicle)
 
     def _plan_answers(self, now, vehicle):
-        if vehicle.robot.has_answers and not vehicle.has_answers_due:
+        if not vehicle.has_answers_due and vehicle.robot.has_answers:
             vehicle.has_answers_due = True
             self._push(now + ANSWER_DELAY, self._answer, vehicle, life=vehicle.life)
 
@@ -264,11 +264,11 @@ class Episode:
             if isinstance(message, JointPlan):
                 self._versions.add(message.version)
             self.message_bytes += wire_size(message)
-            for other in self.vehicles.values():
-                if other is not vehicle:
-                    times = self._channel.travel_times(self._channel_rng, sender, other.eyed, now)
-                    for travel in times if self._is_in_range(now, vehicle, other) else ():
-                        self._push(now + travel, self._hear, other, message)
+            others = [other for other in self.vehicles.values() if other is not vehicle]
+            times = self._channel.travel_times(self._channel_rng, sender, [other.eyed for other in others], now)
+            for other, travels in zip(others, times):
+                for travel in travels if self._is_in_range(now, vehicle, other) else ():
+                    self._push(now + travel, self._hear, other, message)
 
     def _is_in_range(self, now, vehicle, other):
         reach = self._faults.radio_range

@@ -15,7 +15,7 @@ Epochs, ids and sequences only grow. No side reads the other's clock.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
@@ -105,13 +105,19 @@ class Side:
     doubt: float = -inf
     drop: float = -inf
 
+    def _with(self, **changes):
+        """Return this side but for ``changes``: `dataclasses.replace`, which every message would wait for."""
+        side = object.__new__(type(self))
+        vars(side).update(vars(self), **changes)
+        return side
+
     def is_past(self, epoch: int) -> bool:
         """Return whether what comes from this life of the other says nothing any more."""
         return epoch < self.other_epoch or epoch <= self.dead_epoch
 
     def rests_at(self, place: tuple[float, float], radius: float) -> Side:
         """Return the side of a robot that will not move before this one lets it."""
-        return replace(self, mode=LinkMode.STATIC, place=place, radius=radius)
+        return self._with(mode=LinkMode.STATIC, place=place, radius=radius)
 
     def renewed(self, epoch: int, place: tuple[float, float] | None, radius: float, clear: Clear) -> Side:
         """The other's process runs anew, and its body rests at ``place``; None if it does not rest."""
@@ -121,7 +127,7 @@ class Side:
                 return self
             side = side.rests_at(place, radius)
         # With NONE nothing changes: of two robots that each took the other to be at rest, both would move.
-        return replace(side, other_epoch=epoch)
+        return side._with(other_epoch=epoch)
 
     def buried(self, epoch: int, place: tuple[float, float], radius: float, issued: float, clear: Clear) -> Side:
         """Nobody lived as the other when that was ``issued`` [s], and its body rests at ``place``."""
@@ -129,22 +135,22 @@ class Side:
         if is_stale or not clear(place, radius):
             return self
         side = self._without_contracts().rests_at(place, radius)
-        return replace(side, other_epoch=epoch, dead_epoch=epoch)
+        return side._with(other_epoch=epoch, dead_epoch=epoch)
 
     def told(self, entry: Link, terms: Terms) -> Side:
         """The other says that it does not take this robot to be at rest: out of its sight both may move."""
         if (self.mode is LinkMode.NONE and entry.epoch == self.epoch and terms.sensor_range < inf
                 and entry.mode in (LinkMode.NONE, LinkMode.FAR)):
-            return replace(self, mode=LinkMode.FAR)
+            return self._with(mode=LinkMode.FAR)
         return self
 
     def observed(self, distance: float, is_after_gap: bool, now: float, terms: Terms) -> Side:
         """The pair is seen ``distance`` [m] apart: what may have lapsed for the other is no ground to move any more."""
         far = terms.sensor_range + terms.margin
-        side = replace(self, distance=distance, doubt=now if is_after_gap or distance > far else self.doubt,
-                       drop=now if distance > far + terms.margin else self.drop)
+        side = self._with(distance=distance, doubt=now if is_after_gap or distance > far else self.doubt,
+                          drop=now if distance > far + terms.margin else self.drop)
         if side.doubt == now and side.mode is LinkMode.STATIC and side.other_epoch > side.dead_epoch:
-            side = replace(side, mode=LinkMode.FAR)
+            side = side._with(mode=LinkMode.FAR)
         return side._lapsed()
 
     def may_move(self, now: float, at_rest: bool, terms: Terms) -> bool:

@@ -2,8 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from math import inf
 
 from mobile_planning.fleet.contracts import Contract
@@ -44,7 +43,7 @@ class OwnerSide(Side):
     still_since: float | None = None
     is_heard: bool = True
 
-    @cached_property
+    @property
     def open(self) -> tuple[Held, ...]:
         """The contracts that the peer may take."""
         return tuple(held for held in self.contracts if held.contract.id > self.promised)
@@ -76,8 +75,7 @@ class OwnerSide(Side):
 
     def offering(self, contract: Contract, base_sequence: int, now: float) -> OwnerSide:
         """Bind this side to ``contract``, which the own plan satisfies; after that it may be sent."""
-        return replace(self, contracts=(*self.contracts, Held(contract, now, base_sequence)),
-                       next_id=contract.id + 1)
+        return self._with(contracts=(*self.contracts, Held(contract, now, base_sequence)), next_id=contract.id + 1)
 
     def acknowledging(self, entry: Link, sequence: int, now: float) -> OwnerSide:
         """The peer, in its present life, says which contract it holds and which it will never take.
@@ -93,9 +91,9 @@ class OwnerSide(Side):
             alive = tuple(held for held in self.contracts
                           if held.contract.id == entry.contract or held.contract.id > entry.promised)
             mode = LinkMode.CON if entry.contract else LinkMode.FAR if self.mode is LinkMode.CON else self.mode
-            side = replace(self, mode=mode, contracts=alive, acknowledged=entry.contract, promised=entry.promised)
+            side = self._with(mode=mode, contracts=alive, acknowledged=entry.contract, promised=entry.promised)
         if entry.contract and side.mode is LinkMode.CON and sequence > side.granted:
-            side = replace(side, granted=sequence, granted_at=now, still_since=None)
+            side = side._with(granted=sequence, granted_at=now, still_since=None)
         return side
 
     def watching(self, place: tuple[float, float], radius: float, speed: float, is_after_gap: bool, now: float,
@@ -104,15 +102,15 @@ class OwnerSide(Side):
         is_still = (self.mode is LinkMode.CON and not self._is_doubted(self._in_force().since) and not is_after_gap
                     and now - self.granted_at > terms.lease + GRACE and speed < V_REST / 2)
         if not is_still:
-            return self if self.still_since is None else replace(self, still_since=None)
+            return self if self.still_since is None else self._with(still_since=None)
         since = now if self.still_since is None else self.still_since
         if now - since >= terms.rest_time and clear(place, radius):
-            return replace(self._without_contracts().rests_at(place, radius), is_heard=False)
-        return replace(self, still_since=since)
+            return self._without_contracts().rests_at(place, radius)._with(is_heard=False)
+        return self._with(still_since=since)
 
     def hearing(self) -> OwnerSide:
         """The peer has spoken: offers to it make sense."""
-        return self if self.is_heard else replace(self, is_heard=True)
+        return self if self.is_heard else self._with(is_heard=True)
 
     def reading(self, entry: Link, sequence: int, now: float, sent: Mapping[int, float], terms: Terms) -> OwnerSide:
         """The peer, in its present life, says ``entry`` in its message ``sequence``."""
@@ -122,13 +120,13 @@ class OwnerSide(Side):
         return next(held for held in self.contracts if held.contract.id == self.acknowledged)
 
     def _without_contracts(self):
-        return replace(self, contracts=(), acknowledged=0, promised=self.next_id - 1, granted=-1, still_since=None)
+        return self._with(contracts=(), acknowledged=0, promised=self.next_id - 1, granted=-1, still_since=None)
 
     def _lapsed(self):
         alive = tuple(held for held in self.contracts if not self._is_dropped(held.since))
         if len(alive) == len(self.contracts):
             return self
         if self.acknowledged in [held.contract.id for held in alive]:
-            return replace(self, contracts=alive)
+            return self._with(contracts=alive)
         mode = LinkMode.FAR if self.mode is LinkMode.CON else self.mode
-        return replace(self, mode=mode, contracts=alive, acknowledged=0, still_since=None)
+        return self._with(mode=mode, contracts=alive, acknowledged=0, still_since=None)

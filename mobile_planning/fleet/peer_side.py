@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 from mobile_planning.fleet.contracts import Contract
@@ -50,11 +50,11 @@ class PeerSide(Side):
         if owner_epoch > self.other_epoch:
             if self._is_doubted(offer.since) or not fits(offer.contract):
                 return self
-            side = replace(self._without_contracts(), other_epoch=owner_epoch)
-            return replace(side, mode=LinkMode.CON, contract=offer, promised=number)
+            side = self._without_contracts()._with(other_epoch=owner_epoch)
+            return side._with(mode=LinkMode.CON, contract=offer, promised=number)
         if number <= self.promised:
             return self
-        return replace(self, pending=offer, promised=number - 1).reconsidering(fits)
+        return self._with(pending=offer, promised=number - 1).reconsidering(fits)
 
     def reconsidering(self, fits: Fits) -> PeerSide:
         """Take the pending offer if the own plan satisfies it by now.
@@ -65,10 +65,10 @@ class PeerSide(Side):
             return self
         number = self.pending.contract.id
         if self._is_doubted(self.pending.since):
-            return replace(self, pending=None, promised=number)
+            return self._with(pending=None, promised=number)
         if self._gives_up_range(self.pending.contract) or not fits(self.pending.contract):
             return self
-        return replace(self, mode=LinkMode.CON, contract=self.pending, pending=None, promised=number)
+        return self._with(mode=LinkMode.CON, contract=self.pending, pending=None, promised=number)
 
     def _gives_up_range(self, contract):
         return self.contract is not None and self.contract.contract.tether is not None and contract.tether is None
@@ -84,7 +84,7 @@ class PeerSide(Side):
     def leasing(self, entry: Link, sent_at: float) -> PeerSide:
         """The owner, in its present life, grants a message that was ``sent_at`` [s] by the own clock."""
         if entry.epoch == self.epoch and self.mode is LinkMode.CON and sent_at > self.leased_at:
-            return replace(self, leased_at=sent_at)
+            return self._with(leased_at=sent_at)
         return self
 
     def _has_lease(self, now, at_rest, terms):
@@ -94,9 +94,9 @@ class PeerSide(Side):
         return self.contract
 
     def _without_contracts(self):
-        return replace(self, contract=None, pending=None, promised=0, leased_at=-inf)
+        return self._with(contract=None, pending=None, promised=0, leased_at=-inf)
 
     def _lapsed(self):
         if self.contract is None or not self._is_dropped(self.contract.since):
             return self
-        return replace(self, contract=None, mode=LinkMode.FAR)
+        return self._with(contract=None, mode=LinkMode.FAR)

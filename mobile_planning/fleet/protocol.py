@@ -310,10 +310,10 @@ class Protocol:
                 self._sides[other] = side = side.offering(contract, heard.sequence, now)
                 self._repetition.renew_offer(other)
         self._stale.discard(other)
-        if not side.open or not side.is_heard or not self._repetition.offers_again(other, now):
+        opened = side.open
+        if not opened or not side.is_heard or not self._repetition.offers_again(other, now):
             return None
-        newest = side.open[-1]
-        return Offer(other, side.other_epoch, newest.base_sequence, newest.contract)
+        return Offer(other, side.other_epoch, opened[-1].base_sequence, opened[-1].contract)
 
     def _drawn(self, side, heard):
         """Return a new contract with who was ``heard``, in range of a neighbour; None if there is none."""

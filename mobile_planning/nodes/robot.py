@@ -136,7 +136,7 @@ class RobotNode(Node):
         self._answer_soon()
 
     def _answer_soon(self, after=_ANSWER_AFTER):
-        if self._agent.has_answers and self._answering.is_canceled():
+        if self._answering.is_canceled() and self._agent.has_answers:
             self._answering.timer_period_ns = int(1e9 * after)
             self._answering.reset()
 

@@ -9,7 +9,7 @@ from mobile_planning.fleet.message import Link, LinkMode, RobotMsg
 
 def times(channel, count=2000, sender=1, receiver=2, now=0.0, seed=0):
     rng = np.random.default_rng(seed)
-    return [channel.travel_times(rng, sender, receiver, now) for _ in range(count)]
+    return channel.travel_times(rng, sender, [receiver] * count, now)
 
 
 def test_the_share_of_lost_messages_is_the_one_asked_for():
@@ -42,6 +42,8 @@ def test_a_partition_stops_everything_between_its_two_groups():
     passing = {(a, b) for a in range(1, 5) for b in range(1, 5) if a != b and times(channel, 1, a, b, 1.0)[0]}
     assert passing == {(1, 2), (2, 1), (3, 4), (4, 3)}
     assert times(channel, 1, None, 1, 1.0)[0] and times(channel, 1, 1, 3, 5.0)[0]
+    at_once = channel.travel_times(np.random.default_rng(0), 1, [2, 3, 4], 1.0)
+    assert [bool(copies) for copies in at_once] == [True, False, False]
 
 
 def test_a_burst_silences_one_radio_both_ways():
@@ -56,7 +58,7 @@ def test_what_becomes_of_one_message_does_not_change_the_next_one():
     for now in (0.5, 2.0):
         streams = [np.random.default_rng(3) for _ in range(2)]
         for channel, rng in zip((free, cut), streams):
-            channel.travel_times(rng, 1, 2, now)
+            channel.travel_times(rng, 1, [2], now)
         assert streams[0].random() == streams[1].random()
 
 
