@@ -171,16 +171,23 @@ class Protocol:
         if isinstance(side, OwnerSide):
             self._stale.add(other)
         if self.robot_id in message.links:
-            side = side.reading(message.links[self.robot_id], message.sequence, now, self._sent, self.terms)
+            side = self._reading(side, message.links[self.robot_id], message, now)
         self._sides[other] = side.hearing()
         return True
+
+    def _reading(self, side, entry, message, now):
+        """Return the ``side`` after the peer says ``entry`` in its ``message``."""
+        side = side.reading(entry, message.sequence, now, self._sent, self.terms)
+        if isinstance(side, OwnerSide) and not side.open:
+            self._repetition.forget_offer(message.robot_id)
+        return side
 
     def _hear_contracts(self, message, side, now):
         other, before = message.robot_id, side
         if self.robot_id not in message.answers and not any(offer.peer_id == self.robot_id for offer in message.offers):
             return False
         if message.boot_epoch == side.other_epoch and self.robot_id in message.answers:
-            side = side.reading(message.answers[self.robot_id], message.sequence, now, self._sent, self.terms)
+            side = self._reading(side, message.answers[self.robot_id], message, now)
         for offer in message.offers:
             if offer.peer_id == self.robot_id and isinstance(side, PeerSide):
                 held = Held(offer.contract, self._sent.get(offer.base_sequence, -inf), offer.base_sequence)
@@ -308,7 +315,7 @@ class Protocol:
             contract = self._drawn(side, heard)
             if contract is not None:
                 self._sides[other] = side = side.offering(contract, heard.sequence, now)
-                self._repetition.renew_offer(other)
+                self._repetition.forget_offer(other)
         self._stale.discard(other)
         opened = side.open
         if not opened or not side.is_heard or not self._repetition.offers_again(other, now):

@@ -32,8 +32,8 @@ class Repetition:
 
     # Offers, by the peer's id
 
-    def renew_offer(self, other: int) -> None:
-        """There is a newer offer to a peer, which was never said."""
+    def forget_offer(self, other: int) -> None:
+        """The newest offer to a peer has its answer, or there is a newer one, which was never said."""
         self._offered.pop(other, None)
 
     def offers_again(self, other: int, now: float) -> bool:
