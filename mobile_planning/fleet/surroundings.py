@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from mobile_planning.fleet import fences
 from mobile_planning.fleet.bspline import bezier
 from mobile_planning.fleet.fences import Fences
-from mobile_planning.fleet.message import Mode
+from mobile_planning.fleet.message import LinkMode, Mode
 from mobile_planning.fleet.neighbour import Neighbour
 from mobile_planning.fleet.protocol import Protocol
 
@@ -27,24 +27,24 @@ class Surroundings:
         self._protocol, self._radius = protocol, radius
 
     def neighbours(self, knot: int) -> list[Neighbour]:
-        """Return what is known of the others at ``knot``."""
-        heard = list(self._protocol.heard.values())
+        """Return what is known of the others at ``knot``.
+
+        Whoever will not move stands where that is known, whatever its last message said: a robot that died on its way
+        is to be driven around like one at its goal.
+        """
+        sides = self._protocol.sides
+        heard = [message for other, message in self._protocol.heard.items()
+                 if other not in sides or sides[other].mode is not LinkMode.STATIC]
         plans = [message.plan for message in heard]
         rows = [min(max(knot - plan.first_knot, 0), len(plan.points) - 3) for plan in plans]
         points = np.array([plan.points[row:row + 3] for plan, row in zip(plans, rows)]).reshape(-1, 3, 2)
         positions = (points[:, 0] + 4 * points[:, 1] + points[:, 2]) / 6
         velocities = (points[:, 2] - points[:, 0]) / np.array([2 * plan.step for plan in plans])[:, None]
-        neighbours = [
+        return [
             Neighbour(position, message.plan.end, message.goal, message.radius,
                       message.mode in (Mode.DONE, Mode.STOPPED) and message.plan.end_knot <= knot, velocity,
                       message.v_max)
-            for message, position, velocity in zip(heard, positions, velocities)]
-        for body in self.standing():
-            # Most of those that rest have been heard, too.
-            if (np.linalg.norm(positions - body.position, axis=1) >= body.radius).all():
-                neighbours.append(body)
-                positions = np.concatenate([positions, [body.position]])
-        return neighbours
+            for message, position, velocity in zip(heard, positions, velocities)] + self.standing()
 
     def standing(self) -> list[Neighbour]:
         """Return those that will not move: dead, or not switched on."""

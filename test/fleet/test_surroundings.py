@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 from missions import SWAP, exchange, robot
+from mobile_planning.fleet.message import Death, LinkMode, Mode
 
 
 def heard_by_a_third(seconds=2.0):
@@ -47,4 +48,15 @@ def test_who_rests_unheard_is_a_neighbour_too_and_who_was_heard_there_is_not_one
     agent.receive(other.step(0.0)[0], 0.0)
     neighbours = agent._motion.surroundings.neighbours(2)
     assert sorted(each.position.tolist() for each in neighbours) == [[5.0, 5.0], [9.0, 3.0]]
-    assert [each.is_parked for each in neighbours] == [False, True], 'the one that was heard waits'
+    assert all(each.is_parked for each in neighbours), 'nobody of them moves before it has a contract'
+
+
+def test_one_that_died_on_its_way_is_parked_where_it_lies():
+    robots = heard_by_a_third()
+    agent, dead = robots[0], robots[1]
+    place, knot = dead.plan.end, 40
+    assert dead.mode is Mode.DRIVING and not agent._motion.surroundings.neighbours(knot)[0].is_parked
+    agent.receive(Death(dead.eyed, dead.protocol.epoch, place, issued=10.0, radius=dead.limits.radius), 10.0)
+    assert agent.protocol.sides[dead.eyed].mode is LinkMode.STATIC
+    lying, = agent._motion.surroundings.neighbours(knot)
+    assert lying.is_parked and lying.position == pytest.approx(place) and lying.goal == pytest.approx(place)
