@@ -79,10 +79,10 @@ def chat(tmp_path):
             processes = chat.processes
             yield chat
     finally:
-        # Whoever is killed leaves its shared memory behind. One after another: in Fast DDS 3.2.2 a participant that
-        # goes while others do may wait for ever.
+        # Whoever is killed leaves its shared memory behind.
         for process in processes:
             process.terminate()
+        for process in processes:
             assert process.wait(30.0) is not None
         for host in hosts.values():
             host.close()
