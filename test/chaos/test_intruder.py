@@ -18,7 +18,7 @@ LOCALHOST = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 SUBNET = {'FASTDDS_DEFAULT_PROFILES_FILE': str(LAUNCH / 'hosts.xml'), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
 # Says its own name over and over, or once at great length for all who come later, and writes down each that it hears.
 CHAT = '''
-import sys, rclpy
+import signal, sys, rclpy
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
@@ -37,6 +37,7 @@ say() if length else node.create_timer(0.1, say)
 try:
     rclpy.spin(node)
 except rclpy.executors.ExternalShutdownException:
+    signal.alarm(10)
     node.destroy_node()
 '''
 
@@ -79,7 +80,8 @@ def chat(tmp_path):
             processes = chat.processes
             yield chat
     finally:
-        # Whoever is killed leaves its shared memory behind.
+        # Whoever is killed leaves its shared memory behind. Only where Fast DDS never comes to an end, SIGALRM does, as
+        # with nodes.
         for process in processes:
             process.terminate()
         for process in processes:
