@@ -10,6 +10,8 @@ from mobile_planning.errors import InvalidInput
 from mobile_planning.fleet import active_set
 
 SOLVERS = ('active_set', 'osqp')
+#: OSQP's own first weight of the constraints, which it adapts.
+_RHO = 0.1
 
 _STATUS = {active_set.SOLVED: 'solved', active_set.INFEASIBLE: 'infeasible', active_set.LIMIT: 'limit',
            active_set.BAD_INPUT: 'bad_input'}
@@ -24,8 +26,8 @@ class QPResult:
     x : (n,) ndarray or None
         The optimum; with status 'limit' the last iterate, which may violate rows; else None.
     status : str
-        'solved', 'infeasible', 'limit' (not solved within the limit of steps), or 'bad_input' (a number is not finite
-        or the shapes do not fit).
+        'solved', 'infeasible', 'limit' (not solved within the limit of steps), or 'bad_input' (a number is not finite,
+        or too large to work with, or the shapes do not fit).
     iterations : int
         Rows taken in and dropped, or OSQP's iterations.
     active : (k,) ndarray of int64
@@ -134,49 +136,47 @@ def _compiled_solve():
 
 
 class _Osqp:
-    """OSQP with all entries of its matrices stored, set up once for as many rows as were ever needed."""
+    """OSQP, set up anew for each problem: the rows that count, and their entries that are not 0, are never the same."""
 
     def __init__(self, hessian, limit):
-        self._hessian = hessian
+        from scipy import sparse
+
+        self._hessian = sparse.triu(hessian, format='csc')
         self._limit = limit
-        self._capacity, self._solver = 1, None
+        self._last, self._rho = None, _RHO
 
     def __call__(self, gradient, rows, bounds, equalities, guess):
+        import osqp
+        from scipy import sparse
+
         wanted = bounds != -np.inf
         wanted[:equalities] = True
-        if not (np.isfinite(gradient).all() and np.isfinite(rows[wanted]).all() and np.isfinite(bounds[wanted]).all()):
+        chosen = np.flatnonzero(wanted)
+        rows, low = rows[chosen], bounds[chosen]
+        if not (np.isfinite(gradient).all() and np.isfinite(rows).all() and np.isfinite(low).all()):
             return QPResult(None, 'bad_input')
-        count = len(bounds)
-        if count > self._capacity:
-            self._capacity, self._solver = max(count, 2 * self._capacity), None
-        if self._solver is None:
-            self._solver = self._set_up(self._capacity)
-        matrix = np.zeros((self._capacity, len(gradient)))
-        matrix[:count][wanted] = rows[wanted]
-        low, high = np.full(self._capacity, -np.inf), np.full(self._capacity, np.inf)
-        low[:count], high[:equalities] = bounds, bounds[:equalities]
-        self._solver.update(q=gradient, Ax=matrix.ravel(order='F'), l=low, u=high)
-        result = self._solver.solve(raise_error=False)
+        high = np.full(len(chosen), np.inf)
+        high[:equalities] = low[:equalities]
+        solver = osqp.OSQP()
+        try:
+            solver.setup(P=self._hessian, q=gradient, A=sparse.csc_matrix(rows), l=low, u=high, verbose=False,
+                         max_iter=self._limit, eps_abs=1e-6, eps_rel=1e-6, polishing=True, rho=self._rho)
+        except osqp.OSQPException:
+            return QPResult(None, 'bad_input')
+        if self._last is not None:
+            x, y = self._last
+            solver.warm_start(x=x, y=y[chosen] if len(y) == len(bounds) else None)
+        result = solver.solve(raise_error=False)
         status = {'solved': 'solved', 'solved inaccurate': 'limit', 'maximum iterations reached': 'limit',
                   'primal infeasible': 'infeasible', 'primal infeasible inaccurate': 'infeasible'
                   }.get(result.info.status, 'bad_input')
         if status in ('solved', 'limit') and not np.isfinite(result.x).all():
             status = 'bad_input'
         if status not in ('solved', 'limit'):
-            self._solver = None  # where it stopped is no place to start from
+            self._last, self._rho = None, _RHO  # where it stopped is no place to start from
             return QPResult(None, status, result.info.iter)
-        pulling = np.flatnonzero(result.y[:count] < -1e-6)
-        return QPResult(np.array(result.x), status, result.info.iter, pulling[pulling >= equalities])
-
-    def _set_up(self, capacity):
-        import osqp
-        from scipy import sparse
-
-        size = len(self._hessian)
-        places = np.tile(np.arange(capacity), size), capacity * np.arange(size + 1)
-        matrix = sparse.csc_matrix((np.zeros(capacity * size), *places), (capacity, size))
-        solver = osqp.OSQP()
-        solver.setup(P=sparse.triu(self._hessian, format='csc'), q=np.zeros(size), A=matrix,
-                     l=np.full(capacity, -np.inf), u=np.full(capacity, np.inf), verbose=False,
-                     max_iter=self._limit, eps_abs=1e-6, eps_rel=1e-6, polishing=True)
-        return solver
+        x, y = np.array(result.x), np.zeros(len(bounds))
+        y[chosen] = result.y
+        self._last, self._rho = (x, y), result.info.rho_estimate
+        pulling = np.flatnonzero(y < -1e-6)
+        return QPResult(x.copy(), status, result.info.iter, pulling[pulling >= equalities])
