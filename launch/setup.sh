@@ -177,7 +177,7 @@ build_messages() {
     local build=.venv/build/msg_defs installed=.venv/build/msg_defs.installed
     rm -rf "$build"
     .venv/bin/cmake -S msg_defs -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
-        -DCMAKE_MAKE_PROGRAM="$venv/bin/ninja" -DPython3_EXECUTABLE="$venv/bin/python" \
+        -DONLY_PYTHON=ON -DCMAKE_MAKE_PROGRAM="$venv/bin/ninja" -DPython3_EXECUTABLE="$venv/bin/python" \
         -DCMAKE_INSTALL_PREFIX="$venv" -DCMAKE_PREFIX_PATH="$venv"
     .venv/bin/cmake --build "$build"
     # A message that is gone from msg_defs must not linger.
