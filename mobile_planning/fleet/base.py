@@ -2,8 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import repeat
-from math import copysign
+from math import ceil, copysign
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -75,16 +74,19 @@ class SimulatedBase:
         """Drive for ``duration`` [s], at speeds that go to the ``command`` (v, omega) as fast as they may change."""
         if not duration > 0.0:
             return
-        options = self._options
-        grips = 1.0 + options.slip * self._rng.standard_normal(2) if options.slip else np.ones(2)
-        rates, wanted = (options.a_max, options.alpha_max), [float(speed) for speed in command]
-        pose, speeds = self.pose.tolist(), self.speeds.tolist()
-        is_steady = rates == (np.inf, np.inf) or speeds == wanted
-        parts = 1 if is_steady else int(np.ceil(duration / _FINE))
+        options, grips = self._options, (1.0, 1.0)
+        if options.slip:
+            grips = (1.0 + options.slip * self._rng.standard_normal(2)).tolist()
+        v_wanted, omega_wanted = (float(speed) for speed in command)
+        pose, (v, omega) = self.pose.tolist(), self.speeds.tolist()
+        is_steady = options.a_max == options.alpha_max == np.inf or (v, omega) == (v_wanted, omega_wanted)
+        parts = 1 if is_steady else ceil(duration / _FINE)
+        part = duration / parts
         for _ in range(parts):
-            speeds, means = zip(*map(_changed, speeds, wanted, rates, repeat(duration / parts)))
-            pose = driven(pose, [grip * mean for grip, mean in zip(grips.tolist(), means)], duration / parts)
-        self.pose, self.speeds = np.array(pose), np.array(speeds)
+            v, v_mean = _changed(v, v_wanted, options.a_max, part)
+            omega, omega_mean = _changed(omega, omega_wanted, options.alpha_max, part)
+            pose = driven(pose, (grips[0] * v_mean, grips[1] * omega_mean), part)
+        self.pose, self.speeds = np.array(pose), np.array([v, omega])
 
     def measured(self) -> NDArray[np.float64]:
         """Return the pose (3,) [m, m, rad] as a localisation would give it."""

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import comb
+from math import comb, isfinite, isinf
 from operator import index
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.geometry import wrap_angle
 
 MAX_POINTS = 128
+#: Ids, knots and spans are whole numbers below this, which 64 bits hold.
+MAX_NUMBER = 2**62
 #: Weights of the control points at each of the four Bezier points of a span.
 _TO_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
 _FOUR = np.arange(4)
@@ -121,15 +122,18 @@ class Plan:
         except (TypeError, ValueError):
             raise InvalidInput(f'a plan has control points (n, 2) and a whole first knot, not {self.points!r} '
                                f'and {self.first_knot!r}') from None
+        if not abs(first_knot) < MAX_NUMBER:
+            raise InvalidInput(f'a plan begins at knot {first_knot}, not within {MAX_NUMBER - 1}')
         if points.ndim != 2 or points.shape[1] != 2 or not 4 <= len(points) <= MAX_POINTS:
             raise InvalidInput(f'a plan has 4 to {MAX_POINTS} control points (n, 2), not {points.shape}')
-        if not (np.isfinite(points).all() and np.abs(points).max() <= 1e6):
+        # Not a number is not within it either.
+        if not np.abs(points).max() <= 1e6:
             raise InvalidInput('control points must be finite and within 1e6 m')
-        if not (np.isfinite(self.step) and 1e-3 <= self.step <= 10.0):
+        if not 1e-3 <= self.step <= 10.0:
             raise InvalidInput(f'the step between knots is {self.step} s, not in 0.001..10')
-        if not np.isfinite(self.heading) or np.isinf(self.final_heading):
+        if not isfinite(self.heading) or isinf(self.final_heading):
             raise InvalidInput(f'headings must be finite, not {self.heading} and {self.final_heading}')
-        if np.ptp(points[-3:], axis=0).any():
+        if (points[-3:-1] != points[-1]).any():
             raise InvalidInput('a plan must end at rest: its last three control points differ')
         points.flags.writeable = False
         object.__setattr__(self, 'points', points)
@@ -163,23 +167,9 @@ class Plan:
 
     def states(self, times: NDArray) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (N, 5) [m, m, rad, m/s, rad/s] at ``times`` (N,) [s]; v < 0 backwards."""
-        from mobile_planning.fleet import bspline_kernels as kernels
+        from mobile_planning.fleet.bspline_kernels import states
 
-        times = np.asarray(times, float)
-        u = np.clip(times / self.step - self.first_knot, 0.0, len(self.points) - 3)
-        span = np.minimum(u.astype(int), len(self.points) - 4)
-        states = kernels.states(self.points, self.step, u)
-        if self.reverse:
-            backward = self._moves_backward()[span]
-            states[backward, 2] = wrap_angle(states[backward, 2] + np.pi)
-            states[backward, 3] *= -1.0
-        for first, last, start, turn in self._turns():
-            inside = (span >= first) & (span < last)
-            if inside.any():
-                states[inside, 2] = wrap_angle(start + (u[inside] - first) / (last - first) * turn)
-                states[inside, 4] = turn / ((last - first) * self.step)
-        states[times >= self.end_knot * self.step, 4] = 0.0
-        return states
+        return states(self.points, self.step, self.first_knot, np.ascontiguousarray(times, float), *self._rests)
 
     def state(self, time: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at one ``time`` [s]."""
@@ -187,53 +177,15 @@ class Plan:
 
     def turn_in_place(self) -> float:
         """Return the greatest rate [rad/s] at which the plan turns while it stands."""
-        return max((abs(turn) / ((last - first) * self.step) for first, last, _, turn in self._turns()), default=0.0)
-
-    def _turns(self):
-        """Return the runs of spans at rest: (first, last + 1, heading at the first [rad], turn [rad])."""
-        return [(first, last, arrival, turn) for first, last, arrival, turn, _ in self._rests]
-
-    def _moves_backward(self):
-        """Return for each span (S,) whether it is driven backwards."""
-        backward = np.full(len(self.points) - 3, self._starts_backward)
-        for _, last, _, _, departs_backward in self._rests:
-            backward[last:] = departs_backward
-        return backward
-
-    @cached_property
-    def _starts_backward(self):
-        """Whether a plan that starts on the move, or sets out at once, drives backwards."""
-        before, after = self.points[2:4] - self.points[0]
-        ahead = before if before.any() else after
-        return bool(self.reverse and ahead.any() and _is_behind(_direction(ahead), self.heading))
+        runs, _ = self._rests
+        return max((abs(turn) / ((last - first) * self.step) for first, last, _, turn, _ in runs.tolist()), default=0.0)
 
     @cached_property
     def _rests(self):
-        """The runs of spans at rest: (first, last + 1, heading at the first, turn [rad], departs backwards)."""
-        stays = (self.points[1:] == self.points[:-1]).all(axis=1)
-        resting = stays[:-2] & stays[1:-1] & stays[2:]
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], resting, [False]])))
-        rests, backward = [], self._starts_backward
-        for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()):
-            arrival = self.heading
-            if first:
-                arrival = _direction(self.points[first + 2] - self.points[first - 1]) + np.pi * backward
-            wanted = arrival if np.isnan(self.final_heading) else self.final_heading
-            if last < len(resting):
-                wanted = _direction(self.points[last + 3] - self.points[last])
-                backward = self.reverse and _is_behind(wanted, arrival)
-                wanted += np.pi * backward
-            rests.append((first, last, arrival, float(wrap_angle(wanted - arrival)), backward))
-        return rests
+        """The runs of spans at rest (R, 5), see the kernel, and whether a plan on the move starts backwards."""
+        from mobile_planning.fleet.bspline_kernels import rests
 
-
-def _is_behind(direction, heading):
-    """Whether a robot with ``heading`` turns less if it sets out in ``direction`` backwards; equals go forwards."""
-    return bool(abs(wrap_angle(direction - heading)) > np.pi / 2 + 1e-9)
-
-
-def _direction(vector):
-    return float(np.arctan2(vector[1], vector[0]))
+        return rests(self.points, self.heading, self.final_heading, self.reverse)
 
 
 def splice(plans: list[Plan], first_knot: int) -> Plan:

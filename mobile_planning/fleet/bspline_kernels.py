@@ -52,18 +52,77 @@ def keeps_turn_rate(points, step, omega_max, pieces):
     return True
 
 
-@njit(f8[:, ::1](POINTS, f8, f8[::1]), nogil=True, cache=True)
-def states(points, step, times):
-    """Return x, y, direction of motion, speed and turn rate (N, 5) at ``times``, in steps from the first knot on.
+@njit(f8(f8), nogil=True, cache=True)
+def wrapped(angle):
+    """Return the angle in (-pi, pi] [rad]."""
+    return np.pi - (np.pi - angle) % (2 * np.pi) % (2 * np.pi)
 
-    Where the motion stands still its direction is that from the start to the end of the span.
+
+@njit(b1(POINTS, i8, i8), nogil=True, cache=True)
+def is_same(points, one, other):
+    """Return whether two control points are one place."""
+    return points[one, 0] == points[other, 0] and points[one, 1] == points[other, 1]
+
+
+@njit(f8(POINTS, i8, i8), nogil=True, cache=True)
+def direction(points, start, end):
+    """Return the direction [rad] from one control point to another."""
+    return np.arctan2(points[end, 1] - points[start, 1], points[end, 0] - points[start, 0])
+
+
+@njit(b1(f8, f8), nogil=True, cache=True)
+def is_behind(towards, heading):
+    """Return whether a robot with ``heading`` turns less if it sets out ``towards`` backwards; equals go forwards."""
+    return abs(wrapped(towards - heading)) > np.pi / 2 + 1e-9
+
+
+@njit(types.Tuple((f8[:, ::1], b1))(POINTS, f8, f8, b1), nogil=True, cache=True)
+def rests(points, heading, final_heading, reverse):
+    """Return the runs of spans at rest (R, 5), and whether a plan that starts on the move drives backwards.
+
+    Of each run: its first span, that after its last, the heading at its begin, the turn during it [rad], and whether
+    the robot departs from it backwards.
     """
-    result = np.empty((len(times), 5))
+    spans = len(points) - 3
+    ahead = 2 if not is_same(points, 0, 2) else 3
+    starts_backward = reverse and not is_same(points, 0, ahead) and is_behind(direction(points, 0, ahead), heading)
+    runs, count, backward, span = np.empty((spans, 5)), 0, starts_backward, 0
+    while span < spans:
+        last = span
+        while (last < spans and is_same(points, last, last + 1) and is_same(points, last + 1, last + 2)
+                and is_same(points, last + 2, last + 3)):
+            last += 1
+        if last == span:
+            span += 1
+            continue
+        arrival = heading
+        if span:
+            arrival = direction(points, span - 1, span + 2) + np.pi * backward
+        wanted = arrival if np.isnan(final_heading) else final_heading
+        if last < spans:
+            wanted = direction(points, last, last + 3)
+            backward = reverse and is_behind(wanted, arrival)
+            wanted += np.pi * backward
+        run = runs[count]
+        run[0], run[1], run[2], run[3], run[4] = span, last, arrival, wrapped(wanted - arrival), backward
+        count, span = count + 1, last
+    return runs[:count], starts_backward
+
+
+@njit(f8[:, ::1](POINTS, f8, i8, f8[::1], f8[:, ::1], b1), nogil=True, cache=True)
+def states(points, step, first_knot, times, runs, starts_backward):
+    """Return x, y, heading, v and omega (N, 5) at ``times`` [s] of a plan with the ``runs`` of spans at `rests`.
+
+    Where the motion stands still, but not for a whole span, its direction is that from the start to the end of the
+    span.
+    """
+    result, spans = np.empty((len(times), 5)), len(points) - 3
+    velocity, acceleration, chord = np.empty(2), np.empty(2), np.empty(2)
     for row in range(len(times)):
-        span = min(int(times[row]), len(points) - 4)
-        u = times[row] - span
+        since = min(max(times[row] / step - first_knot, 0.0), float(spans))
+        span = min(int(since), spans - 1)
+        u = since - span
         w = 1.0 - u
-        velocity, acceleration, chord = np.empty(2), np.empty(2), np.empty(2)
         for axis in range(2):
             p, q, r, s = (points[span, axis], points[span + 1, axis], points[span + 2, axis], points[span + 3, axis])
             a, b, c, d = (p + 4 * q + r) / 6, (2 * q + r) / 3, (q + 2 * r) / 3, (q + 4 * r + s) / 6
@@ -75,8 +134,18 @@ def states(points, step, times):
         if speed2 > 1e-16:
             omega = (velocity[0] * acceleration[1] - velocity[1] * acceleration[0]) / speed2
         towards = velocity if speed2 > 1e-16 else chord
-        result[row, 2], result[row, 3] = np.arctan2(towards[1], towards[0]), np.sqrt(speed2)
-        result[row, 4] = omega
+        heading, speed, backward = np.arctan2(towards[1], towards[0]), np.sqrt(speed2), starts_backward
+        for first, last, _, _, departs_backward in runs:
+            if last <= span:
+                backward = departs_backward > 0.0
+        if backward:
+            heading, speed = wrapped(heading + np.pi), -speed
+        for first, last, start, turn, _ in runs:
+            if first <= span < last:
+                heading = wrapped(start + (since - first) / (last - first) * turn)
+                omega = turn / ((last - first) * step)
+        result[row, 2], result[row, 3] = heading, speed
+        result[row, 4] = omega if times[row] < (first_knot + spans) * step else 0.0
     return result
 
 

@@ -16,6 +16,7 @@ Neighbours that are to stay in range of each other have a `tether` in their cont
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from operator import index
 
@@ -23,14 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.fleet.bspline import MAX_POINTS, Plan
+from mobile_planning.fleet.bspline import MAX_NUMBER, MAX_POINTS, Plan
 from mobile_planning.fleet.tether import Tether, between
 
 #: What rounding may take of a room [m].
 ROUNDING = 1e-9
 MAX_SPANS = 2 * MAX_POINTS
-#: Ids and spans are whole numbers below this, which 64 bits hold.
-MAX_NUMBER = 2**62
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class Contract:
     tether: Tether | None = None
 
     def __post_init__(self):
-        from mobile_planning.fleet import contract_kernels as kernels
+        from mobile_planning.fleet.contract_kernels import are_lines
 
         try:
             number, first_span = index(self.id), index(self.first_span)
@@ -76,7 +75,7 @@ class Contract:
         if not 1 <= spans <= MAX_SPANS or normals.shape != (spans, 2) or offsets.shape != (spans, 4):
             raise InvalidInput(f'a contract has normals (L, 2) and offsets (L, 4), L from 1 to {MAX_SPANS}, '
                                f'not {normals.shape} and {offsets.shape}')
-        if not kernels.are_lines(normals, offsets, 1e-9, 1e7):
+        if not are_lines(normals, offsets, 1e-9, 1e7):
             raise InvalidInput('normals must have the length 1, offsets must be finite and within 1e7 m')
         if self.tether is not None and len(self.tether.middles) != spans:
             raise InvalidInput(f'the tether of a contract with {spans} lines has {len(self.tether.middles)} middles')
@@ -84,7 +83,7 @@ class Contract:
         for name, value in (('id', number), ('first_span', first_span), ('normals', normals), ('offsets', offsets)):
             object.__setattr__(self, name, value)
 
-    @property
+    @cached_property
     def last_span(self) -> int:
         """The last span on which the line moves."""
         return self.first_span + len(self.normals) - 1
@@ -166,13 +165,13 @@ def room(contract: Contract, plan: Plan, first_span: int, is_owner: bool, radius
     ValueError
         The plan begins after the first span that counts.
     """
-    from mobile_planning.fleet import contract_kernels as kernels
+    from mobile_planning.fleet.contract_kernels import least_distance
 
     first = max(first_span, contract.first_span)
     count = max(plan.end_knot, contract.last_span + 1) - first + 1
     line = min(first - contract.first_span, len(contract.normals))
-    distance = kernels.least_distance(plan.points, _place(plan, first), contract.normals, contract.offsets, line,
-                                      max(count, 1), 1.0 if is_owner else -1.0)
+    distance = least_distance(plan.points, _place(plan, first), contract.normals, contract.offsets, line,
+                              max(count, 1), 1.0 if is_owner else -1.0)
     if contract.tether is None:
         return distance - radius
     return min(distance - radius, contract.tether.room(plan, first, first - contract.first_span))

@@ -198,6 +198,7 @@ class Episode:
         if vehicle.is_solving:
             return
         self._look_around(now, vehicle)
+        vehicle.expect_losses(now)
         section = vehicle.robot.plan_section(vehicle.clock(now))
         vehicle.is_solving = True
         self._push(now + self._faults.solve.draw(self._solve_rng), self._commit, vehicle, section, life=vehicle.life)
@@ -212,7 +213,7 @@ class Episode:
             self._push(now + thought, self._propose, vehicle, request, life=vehicle.life)
         waiting, vehicle.inbox = vehicle.inbox, []
         for message in waiting:
-            vehicle.robot.receive(message, vehicle.clock(now))
+            vehicle.hear(message, now)
         self._plan_answers(now, vehicle)
         if self._errands is not None and vehicle.robot.is_done:
             self._send_on(now, vehicle)
@@ -242,8 +243,8 @@ class Episode:
         if vehicle.is_solving and not self._faults.is_threaded:
             vehicle.inbox.append(message)
             return
-        vehicle.robot.receive(message, vehicle.clock(now))
-        self._plan_answers(now, vehicle)
+        if vehicle.hear(message, now):
+            self._plan_answers(now, vehicle)
 
     def _plan_answers(self, now, vehicle):
         if not vehicle.has_answers_due and vehicle.robot.has_answers:

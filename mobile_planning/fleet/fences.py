@@ -53,7 +53,7 @@ class Fences:
         return Fences(self.spans[chosen], self.normals[chosen], self.bounds[chosen])
 
     def __add__(self, other: Fences) -> Fences:
-        return joined(self, other)
+        return joined(self, other) if len(other) else self
 
     def __len__(self) -> int:
         return len(self.spans)

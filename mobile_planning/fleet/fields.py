@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mobile_planning.errors import InvalidInput
-from mobile_planning.fleet.contracts import MAX_NUMBER
+from mobile_planning.fleet.bspline import MAX_NUMBER
 
 
 def whole(name: str, value: int, least: int) -> int:

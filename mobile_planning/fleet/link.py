@@ -155,11 +155,11 @@ class Side:
 
     def may_move(self, now: float, at_rest: bool, terms: Terms) -> bool:
         """Return whether this side lets its robot change its plan, which is at rest or not when that takes effect."""
-        is_out_of_sight = self.distance > terms.sensor_range
         if self.mode is LinkMode.CON:
-            return (is_out_of_sight or not self._is_doubted(self._in_force().since)) and self._has_lease(
-                now, at_rest, terms)
-        return self.mode is LinkMode.STATIC or self.mode is LinkMode.FAR and is_out_of_sight
+            is_sure = (self.doubt == -inf or self.distance > terms.sensor_range
+                       or not self._is_doubted(self._in_force().since))
+            return is_sure and self._has_lease(now, at_rest, terms)
+        return self.mode is LinkMode.STATIC or self.mode is LinkMode.FAR and self.distance > terms.sensor_range
 
     def _has_lease(self, now, at_rest, terms):
         return True

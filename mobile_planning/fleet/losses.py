@@ -8,6 +8,8 @@ from math import inf
 _OVERTAKEN = 0.5
 #: A loss counts for so long [s].
 _LATELY = 5.0
+#: Until so long [s] after the first message nothing is known yet, and losses are expected.
+_UNKNOWN = 1.0
 #: Of one gap so many numbers are looked out for.
 _MOST = 64
 
@@ -30,15 +32,16 @@ class Losses:
     >>> for number in (1, 2, 4, 5):
     ...     losses.note(7, 1, number, now=0.1 * number)
     >>> [losses.are_any(now) for now in (0.5, 1.0, 7.0)]
-    [False, True, False]
+    [True, True, False]
     """
 
     def __init__(self):
         self._senders: dict[int, _Sender] = {}
-        self._newest = -inf
+        self._newest, self._began = -inf, inf
 
     def note(self, sender: int, epoch: int, number: int, now: float) -> None:
         """Take in at ``now`` [s] that a message has arrived; those of one ``epoch`` of a sender are numbered on."""
+        self._began = min(self._began, now)
         known = self._senders.get(sender)
         if known is None or known.epoch != epoch:
             self._senders[sender] = _Sender(epoch, number)
@@ -49,9 +52,9 @@ class Losses:
         known.newest = max(known.newest, number)
 
     def are_any(self, now: float) -> bool:
-        """Return whether something was lost lately, as seen at ``now`` [s]."""
+        """Return whether something was lost lately, as seen at ``now`` [s], or it is too early to tell."""
         for known in self._senders.values():
             lost = [number for number, since in known.missing.items() if now - since > _OVERTAKEN]
             for number in lost:
                 self._newest = max(self._newest, known.missing.pop(number) + _OVERTAKEN)
-        return now - self._newest <= _LATELY
+        return now - self._newest <= _LATELY or now - self._began < _UNKNOWN

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +76,13 @@ class Link:
         object.__setattr__(self, 'mode', LinkMode(self.mode))
         for name, least in (('epoch', 0), ('contract', 0), ('promised', 0), ('granted', -1)):
             object.__setattr__(self, name, whole(name, getattr(self, name), least))
+
+    @classmethod
+    def of_side(cls, epoch: int, mode: LinkMode, contract: int, promised: int, granted: int = -1) -> Link:
+        """Return what a side of a link says, whose numbers are right: there are as many in each message as robots."""
+        link = object.__new__(cls)
+        vars(link).update(epoch=epoch, mode=mode, contract=contract, promised=promised, granted=granted)
+        return link
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +224,11 @@ class Contracts:
         for name in ('offers', 'answers'):
             if len(getattr(self, name)) > MAX_LINKS:
                 raise InvalidInput(f'a message has {len(getattr(self, name))} {name}, more than {MAX_LINKS}')
+
+    @cached_property
+    def addressees(self) -> frozenset[int]:
+        """To whom something in it is said; all hear it."""
+        return frozenset(self.answers).union(offer.peer_id for offer in self.offers)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,12 @@
 """Neighbour: another robot as heard, as far as guidance cares."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from numpy.typing import ArrayLike
 
 
-@dataclass(frozen=True, eq=False)
-class Neighbour:
+class Neighbour(NamedTuple):
     """Another robot as heard.
 
     Parameters

@@ -65,8 +65,8 @@ class OwnerSide(Side):
 
     def status(self) -> Link:
         """Return the grant."""
-        return Link(self.other_epoch, self.mode, self.acknowledged, self.promised,
-                    self.granted if self.mode is LinkMode.CON else -1)
+        return Link.of_side(self.other_epoch, self.mode, self.acknowledged, self.promised,
+                            self.granted if self.mode is LinkMode.CON else -1)
 
     def may_offer(self, terms: Terms) -> bool:
         """Return whether one more contract may be offered."""

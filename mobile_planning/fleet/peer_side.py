@@ -40,7 +40,8 @@ class PeerSide(Side):
 
     def status(self) -> Link:
         """Return the acknowledgement."""
-        return Link(self.other_epoch, self.mode, self.contract.contract.id if self.contract else 0, self.promised)
+        contract = self.contract.contract.id if self.contract else 0
+        return Link.of_side(self.other_epoch, self.mode, contract, self.promised)
 
     def offered(self, owner_epoch: int, peer_epoch: int, offer: Held, fits: Fits) -> PeerSide:
         """An offer has come from this or a newer life of the owner."""

@@ -111,7 +111,8 @@ class Pilot:
         if self._fix is not None and time <= self._fix[1]:
             return
         pose = np.array(pose, float)
-        self._worst.note(float(np.linalg.norm(pose[:2] - self.reference(time)[:2])), time)
+        x, y, *_ = self.reference(time)
+        self._worst.note(float(np.hypot(pose[0] - x, pose[1] - y)), time)
         self._fix = pose, time, error
 
     def reset(self) -> None:

@@ -1,6 +1,8 @@
 """PlanInForce: a robot's plan as its contracts see it: which ones it satisfies, and which can be offered from it."""
 from __future__ import annotations
 
+from math import floor
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -38,7 +40,7 @@ class PlanInForce:
     @property
     def span(self) -> int:
         """The span that is being driven."""
-        return max(int(np.floor(self.now / self.plan.step)), self.plan.first_knot)
+        return max(floor(self.now / self.plan.step), self.plan.first_knot)
 
     def accepts(self, contract: Contract, is_owner: bool) -> bool:
         """Return whether the plan satisfies ``contract`` from now on."""
@@ -54,10 +56,10 @@ class PlanInForce:
 
     def is_ample(self, contract: Contract, heard: RobotMsg) -> bool:
         """Return whether both the plan and the one ``heard`` leave so much room that a fresher contract can wait."""
-        enough = _AMPLE * heard.v_max
-        if contract.first_span > self.span or room(contract, self.plan, self.span, True, self._radius) < enough:
+        enough, span = _AMPLE * heard.v_max, self.span
+        if contract.first_span > span or room(contract, self.plan, span, True, self._radius) < enough:
             return False
-        return room(contract, heard.plan, max(self.span, heard.plan.first_knot), False, heard.radius) >= enough
+        return room(contract, heard.plan, max(span, heard.plan.first_knot), False, heard.radius) >= enough
 
     def offer(self, contract_id: int, heard: RobotMsg, reach: float = np.inf) -> Contract | None:
         """Return a contract between the plan and the one ``heard``; None if there is none that the plan satisfies.

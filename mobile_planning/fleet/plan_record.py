@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 from mobile_planning.fleet.bspline import Plan
 from mobile_planning.fleet.solution import Solution
 
+#: So many states are kept for who asks again.
+_STATES_KEPT = 8
+
 
 class PlanRecord:
     """What a robot has driven so far, and is going to.
@@ -27,6 +30,7 @@ class PlanRecord:
     def __init__(self, first: Plan):
         self._plans, self._commits, self._forgotten = [first], [np.nan], 0
         self.section_times: list[float] = []
+        self._states: dict[tuple[Plan, float], NDArray[np.float64]] = {}
         self.late = 0
 
     def __len__(self) -> int:
@@ -61,11 +65,19 @@ class PlanRecord:
 
     def state(self, time: float) -> NDArray[np.float64]:
         """Return x, y, theta, v, omega (5,) at ``time`` [s]."""
-        return self.at(time / self._plans[0].step).state(time)
+        return self._state_by(self.at(time / self._plans[0].step), time)
 
     def heading(self, knot: int) -> float:
         """Return the heading [rad] at ``knot``."""
-        return float(self.at(knot).state(knot * self._plans[0].step)[2])
+        return float(self._state_by(self.at(knot), knot * self._plans[0].step)[2])
+
+    def _state_by(self, plan, time):
+        """Return the state at ``time`` by one of the plans; each is asked for several times in a cycle."""
+        if (plan, time) not in self._states:
+            if len(self._states) >= _STATES_KEPT:
+                self._states.clear()
+            self._states[plan, time] = plan.state(time)
+        return self._states[plan, time].copy()
 
     def solution(self, robot_id: int, is_done: bool) -> Solution:
         """Return it as what the robot ``robot_id`` answers for."""

@@ -184,7 +184,7 @@ class Protocol:
 
     def _hear_contracts(self, message, side, now):
         other, before = message.robot_id, side
-        if self.robot_id not in message.answers and not any(offer.peer_id == self.robot_id for offer in message.offers):
+        if self.robot_id not in message.addressees:
             return False
         if message.boot_epoch == side.other_epoch and self.robot_id in message.answers:
             side = self._reading(side, message.answers[self.robot_id], message, now)
@@ -297,7 +297,8 @@ class Protocol:
         """
         answers = {other: self._sides[other].status() for other in sorted(self._owed & self._sides.keys())}
         self._owed.clear()
-        offers = [offer for other in sorted(self._sides) if (offer := self._offer_to(other, now)) is not None]
+        concerned = sorted(self._sides.keys() & (self._stale | self._repetition.offered))
+        offers = [offer for other in concerned if (offer := self._offer_to(other, now)) is not None]
         if not (answers or offers):
             return None
         message = Contracts(self.robot_id, self.epoch, self.next_sequence(), tuple(offers), answers)

@@ -1,7 +1,7 @@
 """Repetition: what seems lost on its way is said again, a few times soon and then more rarely."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from math import inf
 
 from mobile_planning.fleet.link import Held
@@ -35,6 +35,11 @@ class Repetition:
     def forget_offer(self, other: int) -> None:
         """The newest offer to a peer has its answer, or there is a newer one, which was never said."""
         self._offered.pop(other, None)
+
+    @property
+    def offered(self) -> Set[int]:
+        """The peers to whom the newest offer was said, and has no answer."""
+        return self._offered.keys()
 
     def offers_again(self, other: int, now: float) -> bool:
         """Return whether the newest offer to a peer is to be said at ``now`` [s], and count it as said then."""

@@ -62,28 +62,12 @@ class Roundabout:
         legs : int
             How many there are at most.
         """
-        place, goal = np.array(position, float), np.asarray(goal, float)
-        # A goal inside the circle is entered from outside a smaller one.
-        radius = min(self.radius, 0.8 * float(np.hypot(*(goal - self.centre))))
-        points = [place]
-        for _ in range(legs):
-            ahead, inward = goal - place, self.centre - place
-            left, distance = float(np.hypot(*ahead)), float(np.hypot(*inward))
-            along = (inward @ ahead) / left**2 if left > 1e-9 else 0.0
-            if along <= 0 or np.hypot(*(place + min(along, 1.0) * ahead - self.centre)) >= radius - 1e-3:
-                points.append(goal)
-                break
-            if distance > 1.001 * radius:
-                turn = -np.arcsin(radius / distance)
-            else:
-                turn = -np.pi / 2 - min(0.6, 1.5 * (radius - distance) / radius)
-            cos, sin = np.cos(turn), np.sin(turn)
-            inward = inward / distance if distance > 1e-9 else ahead / left
-            heading = np.array([cos * inward[0] - sin * inward[1], sin * inward[0] + cos * inward[1]])
-            place = place + min(stride, left) * heading
-            points.append(place)
-        is_straight = len(points) == 2 and points[1] is goal
-        return None if is_straight else np.array(points)
+        from mobile_planning.fleet import roundabout_kernels as kernels
+
+        points = np.empty((legs + 1, 2))
+        points[0] = position
+        count = kernels.go_round(points, np.asarray(goal, float), self.centre, self.radius, stride)
+        return points[:count] if count else None
 
     def pace(self, way: NDArray, neighbours: Sequence[Neighbour], radius: float) -> float:
         """Return the share of the full speed at which a robot on the circle falls back from one close before it there.

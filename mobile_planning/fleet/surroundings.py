@@ -37,7 +37,8 @@ class Surroundings:
                  if other not in sides or sides[other].mode is not LinkMode.STATIC]
         plans = [message.plan for message in heard]
         rows = [min(max(knot - plan.first_knot, 0), len(plan.points) - 3) for plan in plans]
-        points = np.array([plan.points[row:row + 3] for plan, row in zip(plans, rows)]).reshape(-1, 3, 2)
+        points = np.concatenate([np.empty((0, 2)), *(plan.points[row:row + 3] for plan, row in zip(plans, rows))])
+        points = points.reshape(-1, 3, 2)
         positions = (points[:, 0] + 4 * points[:, 1] + points[:, 2]) / 6
         velocities = (points[:, 2] - points[:, 0]) / np.array([2 * plan.step for plan in plans])[:, None]
         return [

@@ -47,8 +47,8 @@ def worst_lag(tracker: Tracker, u_max: tuple[float, float], a_max: tuple[float, 
     >>> [worst_lag(tracker, (1.0, 5.0), (2.0, 10.0), 0.25, 0.05) < 0.015 for tracker in (sharp, slow)]
     [True, False]
     """
-    solutions = [_set_out(turn, u_max, a_max, Tc) for turn in _TURNS]
-    return max(lag(solution, tracker, period, phase) for solution in solutions for phase in _PHASES)
+    return max(lag(solution, tracker, period, phase) for solution in _set_out(_TURNS, u_max, a_max, Tc)
+               for phase in _PHASES)
 
 
 def lag(solution: Solution, tracker: Tracker, period: float, phase: float = 0.0) -> float:
@@ -83,13 +83,17 @@ def lag(solution: Solution, tracker: Tracker, period: float, phase: float = 0.0)
     return worst
 
 
-def _set_out(turn, u_max, a_max, Tc):
-    """Return what a robot drives that has its goal ``turn`` [rad] aside, as far as it needs to come up to speed."""
+def _set_out(turns, u_max, a_max, Tc):
+    """Return what robots drive that have their goals aside by ``turns`` [rad], as far as they need to get up to speed.
+
+    They share their world, and with it the roadmap that each makes as it starts.
+    """
     far = u_max[0] * (u_max[0] / a_max[0] + 4 * Tc)
-    model = UnicycleKineModel((0, 0, -turn), (far, 0, 0), u_max=u_max, a_max=a_max)
-    robot = Robot(1, model, [], Boundary((-1.0 - far, 1.0 + 2 * far), (-1.0 - far, 1.0 + far)), Tc=Tc,
-                  Tp=12 * Tc)
-    robot.start([1], 0.0)
-    for cycle in range(1 + int(np.ceil((np.pi / u_max[1] + far / u_max[0]) / Tc))):
-        robot.step(cycle * Tc + robot.phase - Tc)
-    return robot.sol
+    world = Boundary((-1.0 - far, 1.0 + 2 * far), (-1.0 - far, 1.0 + far))
+    models = [UnicycleKineModel((0, 0, -turn), (far, 0, 0), u_max=u_max, a_max=a_max) for turn in turns]
+    robots = [Robot(1, model, [], world, Tc=Tc, Tp=12 * Tc) for model in models]
+    for robot in robots:
+        robot.start([1], 0.0)
+        for cycle in range(1 + int(np.ceil((np.pi / u_max[1] + far / u_max[0]) / Tc))):
+            robot.step(cycle * Tc + robot.phase - Tc)
+    return [robot.sol for robot in robots]

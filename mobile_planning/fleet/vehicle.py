@@ -4,6 +4,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_planning.fleet.joint_message import JointPlan
+from mobile_planning.fleet.losses import Losses
+from mobile_planning.fleet.message import Contracts, Death, RobotMsg
 from mobile_planning.fleet.robot import Robot
 from mobile_planning.fleet.solution import Solution
 
@@ -39,7 +42,7 @@ class Vehicle:
     def __init__(self, robot: Robot, start_time: float, skew: float):
         self.robot, self.skew, self._start_time = robot, skew, start_time
         self.is_alive = self.has_joined = self.is_solving = self.has_answers_due = False
-        self.life, self.inbox = 0, []
+        self.life, self.inbox, self._losses = 0, [], Losses()
         self._driven, self._commits, self._section_times = (), (), ()
 
     @property
@@ -55,6 +58,23 @@ class Vehicle:
     def clock(self, now: float) -> float:
         """Return what the robot's clock shows [s] at ``now`` [s]."""
         return self._start_time + now + self.skew
+
+    def hear(self, message: RobotMsg | Contracts | Death | JointPlan, now: float) -> bool:
+        """Return whether a message that arrives at ``now`` [s] concerns the process, which has taken it in then.
+
+        By the numbers of all that arrive it is noticed what does not.
+        """
+        is_said_to_some = isinstance(message, Contracts)
+        if is_said_to_some or isinstance(message, RobotMsg):
+            self._losses.note(message.robot_id, message.boot_epoch, message.sequence, now)
+        if is_said_to_some and self.eyed not in message.addressees:
+            return False
+        self.robot.receive(message, self.clock(now))
+        return True
+
+    def expect_losses(self, now: float) -> None:
+        """Tell the process at ``now`` [s] whether messages get lost, as a node does once a cycle."""
+        self.robot.expect_losses(self._losses.are_any(now))
 
     def place(self, now: float) -> NDArray[np.float64]:
         """Return where the body is, (2,) [m]."""
@@ -82,6 +102,7 @@ class Vehicle:
             driven = self.solution
             self._driven, self._commits, self._section_times = driven.plans, driven.commits, driven.section_times
             self.robot = self.robot.restarted(self.robot.protocol.epoch + 1, self.clock(now))
+            self._losses = Losses()
         self.is_alive = self.has_joined = True
 
     @property

@@ -19,6 +19,8 @@ from mobile_planning.nodes.convert import header, seconds
 
 #: In the order of their numbers in a RobotMsg, from 1 on.
 _REASONS = Reason.TURN, Reason.STALLED, Reason.BLOCKED, Reason.LEFT_OUT
+#: By their numbers.
+_MODES = tuple(Mode)
 
 
 def robot_message(message: RobotMsg, time: float, frame: str, postscript: Postscript = Postscript()) -> RobotMessage:
@@ -63,8 +65,8 @@ def robot_msg(message: RobotMessage, frame: str, to: Collection[int] | None = No
         The message is not in ``frame``.
     """
     wire.check_head(message, frame)
-    if message.mode not in list(Mode):
-        raise InvalidInput(f'RobotMsg has mode {message.mode}, not 0 to {max(Mode)}')
+    if message.mode >= len(_MODES):
+        raise InvalidInput(f'RobotMsg has mode {message.mode}, not 0 to {len(_MODES) - 1}')
     if max(len(message.intended_path_z1), len(message.intended_path_z2)) > MAX_POINTS:
         raise InvalidInput(f'the intended path of a RobotMsg has {len(message.intended_path_z1)} and '
                            f'{len(message.intended_path_z2)} numbers, more than {MAX_POINTS}')
@@ -72,7 +74,7 @@ def robot_msg(message: RobotMessage, frame: str, to: Collection[int] | None = No
     return RobotMsg(
         bool(message.done_planning), np.array(message.intended_path_z1), np.array(message.intended_path_z2),
         np.array(message.latest_z), robot_id=sender, boot_epoch=int(message.boot_epoch),
-        sequence=int(message.sequence), mode=Mode(message.mode), plan=_plan(message), plan_seq=int(message.plan_seq),
+        sequence=int(message.sequence), mode=_MODES[message.mode], plan=_plan(message), plan_seq=int(message.plan_seq),
         radius=message.radius, v_max=message.v_max, omega_max=message.omega_max, a_max=message.a_max,
         goal=np.array(message.goal),
         links=wire.links(message.peer, message.peer_epoch, message.link_mode, message.contract, message.promised,

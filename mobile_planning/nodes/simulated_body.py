@@ -69,7 +69,8 @@ class SimulatedBody:
             self._base.pose, self._base.speeds = state[:3], state[3:]
         pilot.localise(self._base.measured(), now, 3 * self._options.base_noise)
         self._command = pilot.command(now, period)
-        if now >= self._odometry_due or now < self._odometry_due - 10.0:
+        is_due = now >= self._odometry_due or now < self._odometry_due - 10.0
+        if is_due and self._odometry.get_subscription_count():
             self._odometry_due = now + 1.0 / self._options.odom_rate
             self._odometry.publish(convert_views.odometry(np.concatenate([self._base.pose, self._base.speeds]), now,
                                                           self._frame, self._child))

@@ -159,7 +159,8 @@ GOOD = dict(first_knot=3, step=0.25, points=np.zeros((4, 2)), heading=0.0)
     ({'points': [[0, 0], [1, 1], [2, 2], [3, 3]]}, 'rest'), ({'points': [[0, 0], [1, 1], [2, 2], [2, 2]]}, 'rest'),
     ({'step': 0.0}, 'step'), ({'step': -1.0}, 'step'), ({'step': np.nan}, 'step'), ({'step': 11.0}, 'step'),
     ({'heading': np.nan}, 'heading'), ({'heading': np.inf}, 'heading'), ({'final_heading': np.inf}, 'heading'),
-    ({'first_knot': np.nan}, 'knot'), ({'first_knot': np.inf}, 'knot'), ({'first_knot': 2.5}, 'knot')])
+    ({'first_knot': np.nan}, 'knot'), ({'first_knot': np.inf}, 'knot'), ({'first_knot': 2.5}, 'knot'),
+    ({'first_knot': 2**62}, 'knot'), ({'first_knot': -2**70}, 'knot')])
 def test_a_plan_that_makes_no_sense_is_refused(changed, word):
     with pytest.raises(InvalidInput, match=word):
         Plan(**{**GOOD, **changed})
@@ -248,6 +249,15 @@ def test_the_heading_is_continuous_at_departure_and_arrival(heading, final):
         before, at, after = headings_around(plan, knot)
         assert wrap_angle(before - at) == pytest.approx(0, abs=1e-5)
         assert wrap_angle(after - at) == pytest.approx(0, abs=1e-5)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-0.5, 3.0), st.booleans())
+def test_the_state_at_one_time_is_that_among_many(heading, direction, time, reverse):
+    points = np.vstack([straight(direction), straight(direction)[-1] + straight(2.0)])
+    plan = Plan(0, 0.25, points, heading, 0.3, reverse)
+    knots = 0.25 * np.arange(plan.first_knot - 1, plan.end_knot + 2)
+    for each in (time, *knots.tolist()):
+        assert np.array_equal(plan.state(each), plan.states(np.array([time, each, 0.1]))[1])
 
 
 def test_a_halt_on_the_way_turns_in_place_too():

@@ -10,7 +10,7 @@ from mobile_planning.fleet.channel import Channel, Cut
 from mobile_planning.fleet.episode import ANSWER_DELAY, Episode
 from mobile_planning.fleet.faults import Faults, Join, Kill, SolveTime
 from mobile_planning.fleet.link import Terms
-from mobile_planning.fleet.message import Contracts, Death
+from mobile_planning.fleet.message import Contracts, Death, Link
 from mobile_planning.fleet.solution import Solution
 
 TC = 0.25
@@ -29,6 +29,7 @@ class Scribe:
     Tc: float = TC
     phase: float = 0.1
     margin: float = 0.005
+    says_to: tuple = tuple(range(1, 10))
     plan: Plan = None
     request: object = None
     log: list = field(default_factory=list)
@@ -53,6 +54,9 @@ class Scribe:
         if goal[0] > 99:
             raise GoalOutside('far out')
         self.goal, self.is_done = np.array(goal), False
+
+    def expect_losses(self, are_any):
+        self.log.append(('losses', are_any))
 
     def plan_section(self, now):
         self.log.append(('plan', now))
@@ -96,7 +100,7 @@ class Scribe:
 
     def _say(self):
         self._sequence += 1
-        return Contracts(self.eyed, self.epoch, self._sequence)
+        return Contracts(self.eyed, self.epoch, self._sequence, answers=dict.fromkeys(self.says_to, Link()))
 
 
 def run(*robots, until=2.0, seed=0, channel=None, start_time=0.0, errands=None, **faults):
@@ -191,8 +195,8 @@ def test_everybody_else_hears_what_is_said_and_nobody_hears_itself():
         assert {message.robot_id for _, message in robot.of('receive')} == {1, 2, 3, 4} - {robot.eyed}
     said = sum(len(robot.of('commit')) for robot in robots)
     assert episode.messages == said and 3 * said - 3 <= episode.deliveries <= 3 * said
-    # Three numbers, and the lengths of no offers and no answers.
-    assert episode.message_bytes == 20 * said
+    # Three numbers, the lengths of no offers and of nine answers, and six numbers for each of these.
+    assert episode.message_bytes == (20 + 9 * 24) * said
 
 
 def test_a_message_takes_its_time():
@@ -300,6 +304,26 @@ def test_a_robot_that_joins_late_rests_at_its_dock_until_then():
         assert resting[3][0] == pytest.approx([2.0, 7.0]) and resting[3][1] == late.limits.radius
     assert late.of('start')[0][2] == {} and late.log[0][0] == 'start'
     assert times(late, 'plan').min() >= 1.0 and times(late, 'receive').min() >= 1.0
+
+
+def test_what_is_said_to_others_is_heard_and_not_taken_in():
+    a, b, c = Scribe(1, (0.0, 0.0), says_to=(2,)), Scribe(2, (2.0, 0.0)), Scribe(3, (4.0, 0.0))
+    episode = run(a, b, c)
+    assert {message.robot_id for _, message in b.of('receive')} == {1, 3}
+    assert {message.robot_id for _, message in c.of('receive')} == {2}
+    assert episode.deliveries == 2 * episode.messages
+
+
+def test_a_robot_is_told_before_each_section_whether_messages_get_lost():
+    sure, lossy = pair(), pair()
+    run(*sure, until=4.0)
+    run(*lossy, until=4.0, channel=Channel(loss=0.3))
+    for robot in (*sure, *lossy):
+        assert len(robot.of('losses')) == len(robot.of('plan')) > 10
+    # In the first second it is too early to tell, and then the channel is known.
+    for robot, is_lossy in *((robot, False) for robot in sure), *((robot, True) for robot in lossy):
+        told = [are_any for are_any, in robot.of('losses')]
+        assert True in told[:5] and told[-1] is is_lossy
 
 
 def test_the_presence_sensor_sees_bodies_in_its_range_before_each_section_and_each_commit():

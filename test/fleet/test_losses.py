@@ -7,13 +7,17 @@ from mobile_planning.fleet.losses import Losses
 
 
 def heard(messages, until, every=0.1):
-    """Return when losses were seen, of ``messages`` (time, sender, epoch, number), looked for ``every`` so often."""
+    """Return when losses were seen, of ``messages`` (time, sender, epoch, number), looked for ``every`` so often.
+
+    In the first second after the first message they are expected, which is left out.
+    """
     losses, waiting, seen = Losses(), sorted(messages), []
+    began = waiting[0][0]
     for now in np.arange(0.0, until, every):
         while waiting and waiting[0][0] <= now:
             time, sender, epoch, number = waiting.pop(0)
             losses.note(sender, epoch, number, time)
-        if losses.are_any(now):
+        if losses.are_any(now) and now > began + 1.0:
             seen.append(now)
     return seen
 
@@ -29,7 +33,15 @@ def test_no_order_in_which_all_arrive_within_half_a_second_is_a_loss(delays, dat
 def test_each_lost_message_counts_for_some_seconds(first, second):
     said = [(0.05 * number, 1, 1, number) for number in range(10) if number not in (first, second)]
     seen = heard(said, 10.0)
-    assert 0.5 < seen[0] < 1.1 and 5.0 < seen[-1] < 6.2 and len(seen) > 40
+    assert 1.0 < seen[0] < 1.2 and 5.0 < seen[-1] < 6.2 and len(seen) > 40
+
+
+def test_losses_are_expected_until_enough_was_heard_to_tell():
+    losses = Losses()
+    assert losses.are_any(0.0)
+    for number in range(30):
+        losses.note(1, 1, number, 5.0 + 0.1 * number)
+        assert losses.are_any(5.0 + 0.1 * number) == (number < 10)
 
 
 def test_a_new_process_counts_anew_and_senders_are_told_apart():

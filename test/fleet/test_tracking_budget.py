@@ -24,7 +24,7 @@ def test_a_mission_s_body_comes_no_further_off_its_plans_than_was_tried(solution
 @pytest.mark.parametrize('alpha_max', [30.0, 60.0])
 def test_the_shipped_margin_holds_however_often_and_whenever_commands_come(alpha_max):
     tracker = Tracker(1.2, 6.0, a_max=3.0, alpha_max=alpha_max)
-    solution = _set_out(1.8, (1.0, 5.0), (2.0, 10.0), 0.25)
+    (solution,) = _set_out([1.8], (1.0, 5.0), (2.0, 10.0), 0.25)
     found = [lag(solution, tracker, period, phase) for period in (0.05, 0.02, 0.005) for phase in (0.0, 0.4, 0.8)]
     assert 1e-4 < max(found) < 0.015
 

@@ -274,8 +274,9 @@ def test_old_messages_and_floods_are_turned_away_and_counted_by_kind(ros, fleet,
     refused = node.host.bus.peers.refused
     fleet.peers.publish(convert_robot.robot_message(peer_message(), fleet.now - 60.0, 'map'))
     ros.until(lambda: refused['stale'] == 1)
+    began = time.monotonic()
     fleet.say(peer_message(boot_epoch=5))
-    ros.until(lambda: not node.host.bus.peers.is_silent(2, time.monotonic()))
+    ros.until(lambda: not node.host.bus.peers.is_silent(2, began))
     fleet.say(peer_message(boot_epoch=4))
     ros.until(lambda: refused['replayed'] == 1)
     flood = ros.node.create_publisher(RobotMessage, '/robot_msgs', qos.robot_messages(1000))
